@@ -376,12 +376,10 @@ impl Session {
                     Err(reason) => Asked::Refused(reply(id, "seat", false, &reason)),
                 }
             }
-            FromPage::Command { id, command, frames, rate } => {
-                match command_of(&command, frames, rate) {
-                    Ok((words, order)) => Asked::Command(id, words, order),
-                    Err(reason) => Asked::Refused(reply(id, &command, false, &reason)),
-                }
-            }
+            FromPage::Command(asked) => match command_of(&asked) {
+                Ok((words, order)) => Asked::Command(asked.id, words, order),
+                Err(reason) => Asked::Refused(reply(asked.id, &asked.command, false, &reason)),
+            },
         }
     }
 }

@@ -310,6 +310,7 @@ fn what_the_page_cannot_mean_is_refused_with_a_reason() {
         (r#"{"type":"command","id":1,"command":"rate","rate":1e400}"#, "out of range"),
         (r#"{"type":"command","id":1,"command":"rate"}"#, "no figure"),
         (r#"{"type":"command","id":1,"command":"step","frames":0}"#, "outside"),
+        (r#"{"type":"command","id":1,"command":"move","name":"external-world"}"#, "whose process"),
     ] {
         let Asked::Refused(Outgoing::Text(answer)) = session.on_message(text) else {
             panic!("{text} was taken");
@@ -333,6 +334,11 @@ fn what_the_page_cannot_mean_is_refused_with_a_reason() {
             r#"{"type":"command","id":1,"command":"fast"}"#,
             "fast",
             Command::Rate { rate: f64::INFINITY },
+        ),
+        (
+            r#"{"type":"command","id":1,"command":"move","name":"a","to":"b"}"#,
+            "move a b",
+            Command::Move { name: "a".into(), to: "b".into() },
         ),
     ] {
         assert_eq!(session.on_message(text), Asked::Command(1.0, words.to_owned(), command));

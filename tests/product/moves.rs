@@ -48,6 +48,12 @@ fn places_go_from_process_to_process_in_a_closed_loop() {
         let (again, words) = operate(&ports, &["move", name, to]);
         assert!(!again && words.contains("already"), "{words}");
     }
+    let status = common::status(&ports).expect("a run");
+    let movable = |name: &str| {
+        let members = status["state"]["members"].as_array().expect("members");
+        members.iter().find(|m| m["name"] == name).map(|m| m["movable"] == true)
+    };
+    assert_eq!([one, world, "smdfm"].map(movable), [Some(true), Some(true), Some(false)]);
     let gone = |pid: u64| {
         wait_for(SOON, || (!std::path::Path::new(&format!("/proc/{pid}")).exists()).then_some(()))
     };

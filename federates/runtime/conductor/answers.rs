@@ -120,6 +120,7 @@ impl Conductor {
                         true => self.granted.saturating_sub(m.executed.unwrap_or(0)),
                         false => 0,
                     },
+                    movable: self.is_movable(name),
                 })
                 .collect(),
         }

@@ -131,6 +131,15 @@ impl Conductor {
         self.config.producers.iter().filter(hosts).cloned().collect()
     }
 
+    /// Whether the place of a name can be given to another process now, and its process take another's.
+    pub(super) fn is_movable(&self, name: &str) -> bool {
+        let place = self.config.producers.iter().any(|p| p == name);
+        place
+            && self.members.get(name).is_some_and(|m| m.alive && m.hello.kind.hosts())
+            && self.on_loss(name) == OnLoss::TakeOver
+            && matches!(self.phase, Phase::Running | Phase::Frozen)
+    }
+
     /// Gives the place of a producer to the process of another one: as one that is lost, at a frame boundary and to the same bits, but
     /// by command and to somebody chosen.
     ///

@@ -126,6 +126,8 @@ pub struct MemberState {
     pub heard_ms: Option<u64>,
     /// Frames that it may execute and has not.
     pub behind: Frame,
+    /// Whether its place can be given to the process of another one of which this holds, by [`Command::Move`].
+    pub movable: bool,
 }
 
 /// How a member does, as the conductor hears it.

@@ -53,28 +53,38 @@ pub(super) enum FromPage {
     },
     /// Its number `id`, and `SeatWords`.
     Seat(serde_json::Map<String, serde_json::Value>),
-    Command {
-        id: f64,
-        command: String,
-        #[serde(default)]
-        frames: Option<u64>,
-        #[serde(default)]
-        rate: Option<f64>,
-    },
+    Command(Operated),
+}
+
+/// What an operator asks of the run.
+#[derive(Debug, Deserialize)]
+pub(super) struct Operated {
+    pub(super) id: f64,
+    pub(super) command: String,
+    frames: Option<u64>,
+    rate: Option<f64>,
+    /// Of `move`: whose place, and whose process takes it.
+    name: Option<String>,
+    to: Option<String>,
 }
 
 /// The command and its words for the log.
-pub(super) fn command_of(
-    word: &str,
-    frames: Option<u64>,
-    rate: Option<f64>,
-) -> Result<(String, Command), String> {
+pub(super) fn command_of(asked: &Operated) -> Result<(String, Command), String> {
+    let Operated { frames, rate, .. } = *asked;
+    let word = asked.command.as_str();
     let command = match word {
         "start" | "resume" => Command::Start,
         "freeze" => Command::Freeze,
         "step" => match frames.unwrap_or(1) {
             n @ 1..=MAX_STEP => return Ok((format!("step {n}"), Command::Step { n })),
             n => return Err(format!("step: {n} frames is outside 1 ..= {MAX_STEP}")),
+        },
+        "move" => match (&asked.name, &asked.to) {
+            (Some(name), Some(to)) => {
+                let command = Command::Move { name: name.clone(), to: to.clone() };
+                return Ok((format!("move {name} {to}"), command));
+            }
+            _ => return Err("move: give name, whose place, and to, whose process takes it".into()),
         },
         "stop" => Command::Stop,
         "restart" => Command::Restart,

@@ -121,7 +121,7 @@ const { showRuns, openRuns } = runList({ state, link, forgetStrip, changed: () =
 const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
 
 const stripBoxes = [byId("bays-list")];
-const page = { state, map, link, select, selectedNumber, targets, stripBoxes, showStrips, showTab: (key) => lists.showTab(key) };
+const page = { state, map, link, operate, select, selectedNumber, targets, stripBoxes, showStrips, showTab: (key) => lists.showTab(key) };
 const lists = panels(byId("tabs"), page, (key) => {
   state.tab = key;
   addressChanged();
@@ -371,7 +371,12 @@ async function command(word, shift = false) {
     if (choice === "fast") message.command = "fast";
     else message.rate = Number(choice);
   }
-  byId("answer").textContent = `${word} \u2026`;
+  await operate(message);
+}
+
+/** Asks the run for what an operator wants, and shows the answer. */
+async function operate(message) {
+  byId("answer").textContent = `${message.command} \u2026`;
   byId("answer").dataset.mark = "";
   showAnswer(await link.command(message));
 }

@@ -3,7 +3,7 @@
 // A panel's file exports { key, title, make(section, page) }. `make` fills its section once and gives what the page calls, each
 // of them where it is there: `show()` when the panel is looked at and something it needs has come, `needs` the kinds of messages after
 // which to show ("scan" is the picture of a scan), `take` a function for each kind of message, `scan()` after every picture,
-// looked at or not, `selected(id, callsign)`. `page` has state, map, link, select(id), selectedNumber(), targets().
+// looked at or not, `selected(id, callsign)`. `page` has state, map, link, operate(command), select(id), selectedNumber(), targets().
 
 import { element } from "./text.js";
 

@@ -3,8 +3,22 @@
 import { duration, facts } from "../lists.js";
 import { bytes, element, fixed, NONE } from "../text.js";
 
+/** What gives the place of a member to the process of another one; nothing where it cannot be given, or to nobody. */
+function mover(m, members, give) {
+  const others = m?.movable ? members.filter((o) => o.movable && (o.host !== m.host || o.pid !== m.pid)) : [];
+  if (!others.length) return [];
+  const choice = element("select", [
+    element("option", "Move to the process of \u2026", { value: "" }),
+    ...others.map((o) => element("option", o.name, { value: o.name })),
+  ], { class: "mover", "aria-label": `Give the place of ${m.name} to another process` });
+  choice.addEventListener("change", () => choice.value && give(m.name, choice.value));
+  return [choice];
+}
+
 /** One card a federate. */
-function showFederates(box, federates, members, over) {
+function showFederates(box, federates, members, over, give) {
+  // A list that is open, or has the keyboard, is left as it is.
+  if (box.contains(document.activeElement) && document.activeElement.matches("select")) return;
   const names = [...new Set([...members.map((m) => m.name), ...federates.map((f) => f.name)])].sort();
   if (!names.length) {
     box.replaceChildren(element("p", over ? "What the federates reported was shown while the run went on; its log keeps it in the table federates." : "No federate has reported yet.", { class: "empty" }));
@@ -34,6 +48,7 @@ function showFederates(box, federates, members, over) {
         element("small", alive ? (m && !m.essential ? "spectator" : "") : "not heard")]),
       element("p", [where, reasons && ` \u2013 refused: ${reasons}`].filter(Boolean), { class: "where" }),
       list,
+      ...mover(m, members, give),
     ], { class: "card", "data-name": name });
   }));
 }
@@ -41,10 +56,14 @@ function showFederates(box, federates, members, over) {
 export default {
   key: "federates",
   title: "Federates",
-  make(section, { state }) {
+  make(section, { state, operate }) {
     const box = element("div", [], { id: "federates" });
     section.append(box);
-    const show = () => showFederates(box, state.federates, state.runState?.members ?? [], state.timeline?.live === false);
+    const give = (name, to) => {
+      document.activeElement?.blur();
+      operate({ command: "move", name, to });
+    };
+    const show = () => showFederates(box, state.federates, state.runState?.members ?? [], state.timeline?.live === false, give);
     return { show, needs: ["federates", "state"] };
   },
 };
