@@ -144,13 +144,18 @@ fn new(airport: &str, out: Option<&Path>, minutes: f64, per_h: f64) -> ExitCode 
     if out.exists() {
         return fail(BAD_INPUT, format!("{} is there: name another file", out.display()));
     }
+    let movers = scene.traffic.entities.len();
+    let why = text.lines().find(|line| line.starts_with(template::LEFT_OUT));
+    let left_out = why.map(|line| line.trim_start_matches("# ").to_owned());
     let schema = out.with_file_name("scene.schema.json");
     let schema_text = format!("{:#}\n", reference::schema());
     let written = std::fs::write(out, text).and_then(|()| std::fs::write(&schema, schema_text));
     if let Err(error) = written {
         return fail(FAILED, format!("{}: {error}", out.display()));
     }
-    let movers = scene.traffic.entities.len();
     out!("{}: {movers} movers, {} sensors; seeds run {0}", out.display(), scene.sensors.len());
+    if let Some(why) = left_out {
+        out!("{why}; seeds airport check says what the layout lacks");
+    }
     ExitCode::SUCCESS
 }

@@ -69,7 +69,8 @@ pub fn scene(wanted: &Wanted) -> Result<(String, Scene), ScenarioError> {
     {
         for network in beside.iter().map(Some).chain([None]) {
             let size = Size { radius_m, reach_m };
-            let text = text(wanted, size, network, &traffic, &report.findings);
+            let text =
+                text(wanted, size, network, &less(&traffic, failed.as_ref()), &report.findings);
             match load_text(&wanted.path, &text) {
                 Ok(scene) => {
                     let text = text + &to_drive(&scene);
@@ -80,6 +81,16 @@ pub fn scene(wanted: &Wanted) -> Result<(String, Scene), ScenarioError> {
         }
     }
     Err(failed.unwrap_or_else(|| unreachable_error(&wanted.path)))
+}
+
+/// How the line begins that says why flights are left out.
+pub const LEFT_OUT: &str = "# No flights that land, taxi and take off";
+
+/// Traffic, and in front of it why it is not more.
+fn less(traffic: &str, failed: Option<&ScenarioError>) -> String {
+    let Some(failed) = failed else { return traffic.to_owned() };
+    let nobody = if traffic.is_empty() { ", and nobody stands here" } else { "" };
+    format!("{LEFT_OUT}{nobody}: {}\n{traffic}", failed.problem)
 }
 
 /// A car to drive by oneself, to be uncommented, where flights behave and it has a place to stand.
@@ -139,11 +150,12 @@ fn text(
     let range_m = (reach_m * 1.3 + 500.0).clamp(1000.0, 5500.0).round();
     let _ = write!(
         out,
-        "[run]\ntitle = \"{name}: generated traffic\"\nseed = 1                        # another number: other draws\n\
+        "[run]\ntitle = \"{name}: {}\"\nseed = 1                        # another number: other draws\n\
          start = 2026-01-01T06:00:00Z\nduration_s = {}\n\
          # Truth of the log and of others within 0.1 m: `seeds traffic check` judges speeds and accelerations by it.\n\
          dead_reckoning = {{ algorithm = \"rvw\", position_m = 0.1, orientation_deg = 0.5 }}\n\n\
          [airport]\nlayout = {:?}\n",
+        if traffic.contains("\"generated\"") { "generated traffic" } else { "nobody moves" },
         60.0 * wanted.minutes,
         wanted.layout,
     );
@@ -174,8 +186,9 @@ fn text(
         let range_m = (ring_m + reach_m + 1000.0).round();
         let _ = writeln!(
             out,
-            "    {{ east_m = {:.0}, north_m = {:.0}, height_m = 15, range_m = {range_m} }},",
-            place_m.x, place_m.y
+            "    {{ east_m = {}, north_m = {}, height_m = 15, range_m = {range_m} }},",
+            place_m.x.round() as i64,
+            place_m.y.round() as i64
         );
     }
     out.push_str(

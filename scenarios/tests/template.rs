@@ -2,7 +2,7 @@
 
 use models::flight_list::MovementKind;
 use models::traffic::check::CHECKED_WITHIN_M;
-use scenarios::template::{Wanted, layout_of, scene};
+use scenarios::template::{LEFT_OUT, Wanted, layout_of, scene};
 use scenarios::warnings::check;
 use std::path::{Path, PathBuf};
 
@@ -38,6 +38,37 @@ fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
         assert_eq!(driven.traffic.behaving.as_ref().map(|b| b.driven.len()), Some(1), "{icao}");
     }
     assert_eq!(layout_of("XXXX"), None);
+}
+
+/// A runway and nothing else: who made the file is told why nobody moves in its scene.
+#[test]
+fn a_scene_of_an_airport_without_ways_says_why_nobody_moves() {
+    let folder = std::env::temp_dir().join(format!("seeds-bare-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let layout = folder.join("BARE.apt.dat");
+    let bare = "I\n1100 Version\n\n1 100 0 0 BARE Bare\n\
+                100 45.00 1 0 0.25 0 2 0 09 47.0 8.0 0 0 2 0 0 0 27 47.0 8.03 0 0 2 0 0 0\n99\n";
+    let stand = "1300 47.001 8.01 90.0 gate jets|turboprops A1\n";
+    for (text, movers, said) in [
+        (bare.to_owned(), 0, ", and nobody stands here: "),
+        (bare.replace("99\n", &format!("{stand}99\n")), 1, "take off: "),
+    ] {
+        std::fs::write(&layout, text).expect("a layout");
+        let wanted = Wanted {
+            layout: layout.display().to_string(),
+            path: folder.join("bare.toml"),
+            minutes: 20.0,
+            per_h: 30.0,
+        };
+        let (text, made) = scene(&wanted).expect("a scene");
+        assert_eq!(made.traffic.entities.len(), movers, "{text}");
+        let why = text.lines().find(|line| line.starts_with(LEFT_OUT)).expect("a reason");
+        let (_, reason) = why.split_once(said).unwrap_or_else(|| panic!("{why}"));
+        println!("{why}");
+        assert!(reason.len() > 10 && !reason.contains(".toml"), "{why}");
+        assert!(text.contains("title = \"BARE: nobody moves\"") && !text.contains("-0,"), "{text}");
+    }
+    std::fs::remove_dir_all(&folder).ok();
 }
 
 #[test]
