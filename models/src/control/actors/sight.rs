@@ -6,7 +6,7 @@
 
 use super::Wanted;
 use crate::control::clearance::ClearanceKind;
-use crate::control::layout::Layout;
+use crate::control::layout::{Layout, RunwayAxis};
 use crate::control::situation::{Situation, Surveillance};
 use std::collections::BTreeMap;
 
@@ -29,6 +29,11 @@ const NEAR_M: f64 = 150.0;
 const ARRIVAL_S: f64 = 30.0;
 /// A track that keeps a runway closed for so long is looked for with the eyes, s (assumed).
 pub const LOOKS_AFTER_S: f64 = 60.0;
+/// One who lands or rolls is behind whoever lines up from so far past his place on, m, and from this speed on, m/s (assumed).
+const PASSED_M: f64 = 50.0;
+const AWAY_MPS: f64 = 5.0;
+/// Who was fast on the runway so shortly ago is one of them, s (assumed); a car that drives along it is not.
+const ROLLED_S: f64 = 60.0;
 /// A track that has not been in the way for so long begins anew, s.
 const FORGOTTEN_S: f64 = 10.0;
 
@@ -90,11 +95,17 @@ impl Sight {
                 self.called += 1;
             }
         }
+        let own_m = w.strip.and_then(|strip| seen.of_strip(strip)).filter(|_| kind == LineUp);
+        let own_m = own_m.map(|s| axis.place_m(s.target.position_m).0);
         let mut free = true;
         for index in seen.of_runways() {
             let Some(s) = seen.situations().get(*index as usize) else { continue };
             let own = s.strip.is_some() && s.strip == w.strip;
             if own || s.doubt.is_some() {
+                continue;
+            }
+            let rolled = s.last_fast.is_some_and(|at| now_s - at.s() <= ROLLED_S);
+            if rolled && own_m.is_some_and(|own_m| leaves_behind(axis, s, own_m)) {
                 continue;
             }
             let stands = s.in_strip(runway) && !s.airborne;
@@ -111,6 +122,13 @@ impl Sight {
         self.kept_back += u64::from(!free);
         free
     }
+}
+
+/// Whether somebody has passed a place `own_m` along a runway and goes on away from it: one lines up behind who lands or rolls.
+fn leaves_behind(axis: &RunwayAxis, s: &Situation, own_m: f64) -> bool {
+    let beyond_m = axis.place_m(s.target.position_m).0 - own_m;
+    let along_mps = axis.along_mps(s.target.velocity_mps);
+    beyond_m.abs() > PASSED_M + s.target.length_m && along_mps * beyond_m.signum() > AWAY_MPS
 }
 
 #[cfg(test)]
@@ -203,6 +221,28 @@ mod tests {
             all
         };
         assert_eq!(may_at(LineUp, &drives), Some(150));
+    }
+
+    /// Waiting until a landing has left its runway cost every second gap of a busy runway.
+    #[test]
+    fn one_lines_up_behind_who_lands_and_takes_off_when_he_has_left() {
+        use ClearanceKind::{Cross, LineUp, TakeOff};
+        // Passes the line at second 2, brakes to a turn-off at 1 600 m and has left at second 55.
+        let lands = |from_m: f64| {
+            move |now_s: f64, now: SimTime| {
+                let own = target(1, Some("AAL1"), from_m, 130.0, 0.0, now);
+                let roll_s = now_s.min(40.0);
+                let (x, v) = (70.0 * roll_s - 0.8 * roll_s * roll_s - 40.0, 70.0 - 1.6 * roll_s);
+                let mut all = vec![own];
+                all.extend((now_s < 55.0).then_some(target(2, Some("BAW2"), x, 0.0, v, now)));
+                all
+            }
+        };
+        let behind = may_at(LineUp, &lands(100.0));
+        assert!(behind.is_some_and(|at| (3..9).contains(&at)), "{behind:?}");
+        for (kind, from_m) in [(TakeOff, 100.0), (Cross, 100.0), (LineUp, 1900.0)] {
+            assert_eq!(may_at(kind, &lands(from_m)), Some(55), "{kind:?} at {from_m}");
+        }
     }
 
     #[test]

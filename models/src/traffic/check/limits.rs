@@ -69,7 +69,8 @@ impl Limits {
         }
         let (up, down) = if taxies { l.taxi_mps2 } else { l.runway_mps2 };
         self.accelerations.of += 1;
-        let room = rules.acceleration_mps2;
+        // One of two speeds may be off by as much as speeds are.
+        let room = rules.acceleration_mps2.max(rules.speed_mps / dt);
         let beside = if taxies { ACROSS_MPS2 } else { 2.0 * ACROSS_MPS2 };
         let beyond = |along: f64, across: f64| {
             along > up + room || along < -down - room || across > beside + room

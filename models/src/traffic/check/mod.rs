@@ -134,7 +134,7 @@ pub struct Rules {
     pub height_m: f64,
     /// Added to the limits of speed, m/s: the error of the speeds.
     pub speed_mps: f64,
-    /// Added to the limits of acceleration, m/s².
+    /// Added to the limits of acceleration, m/s², where the error of one of two speeds explains no more.
     pub acceleration_mps2: f64,
     /// From being due to being served, s.
     pub serve_s: f64,

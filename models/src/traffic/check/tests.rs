@@ -203,6 +203,11 @@ fn too_fast_too_hard_and_elsewhere() {
     };
     assert!(drive(15.0, 0.0, 0.0).is_empty());
     assert_eq!(drive(16.5, 0.0, 0.0), ["speeds"]);
+    assert!(
+        drive(5.0, 1.1, 0.0).is_empty(),
+        "one speed of two off by what dead reckoning lets pass"
+    );
+    assert_eq!(drive(5.0, 1.2, 0.0), ["accelerations"]);
     assert_eq!(drive(5.0, 1.5, 0.0), ["accelerations"]);
     assert_eq!(drive(5.0, -1.5, 0.0), ["accelerations"]);
     assert_eq!(drive(5.0, 0.0, 4.0), ["teleports"]);
