@@ -26,6 +26,8 @@ pub struct RunwayAxis {
     pub closed: bool,
     /// Half width of the strip in steps of 50 m along the axis, left and right of it, m; empty: `hold_m`.
     pub strips_m: Vec<[f64; 2]>,
+    /// From the ends to the holding position of those who enter along the axis, m; infinite where nobody does.
+    pub ends_held_m: [f64; 2],
 }
 
 /// Length of one step of [`RunwayAxis::strips_m`], m.
@@ -52,6 +54,7 @@ impl RunwayAxis {
             displaced_m: [0.0; 2],
             closed: false,
             strips_m: Vec::new(),
+            ends_held_m: [f64::INFINITY; 2],
         })
     }
 
@@ -236,7 +239,12 @@ impl Layout {
             let Some((r, _)) = self.runway(&of.names[0]) else { continue };
             let (place_m, across_m) = self.runways[r].place_m(bar_at_m(net, index));
             // Who enters a runway along its axis holds beyond its end, where no bar is across a way beside it.
-            if across_m.abs() < 0.5 * self.runways[r].width_m {
+            let axis = &mut self.runways[r];
+            if across_m.abs() < 0.5 * axis.width_m {
+                let beyond_m = [-place_m, place_m - axis.length_m];
+                for (held_m, beyond_m) in axis.ends_held_m.iter_mut().zip(beyond_m) {
+                    *held_m = if beyond_m > 0.0 { held_m.min(beyond_m) } else { *held_m };
+                }
                 continue;
             }
             let entry_m = entry_of(net, index, node.hold_for.unwrap_or(0)).unwrap_or(place_m);
@@ -485,6 +493,16 @@ mod tests {
             stand: None,
             used: true,
         };
+        let runway = || NetRunway {
+            names: ["09".into(), "27".into()],
+            ends_m: [Vector2::new(0.0, 0.0), Vector2::new(3000.0, 0.0)],
+            displaced_m: [0.0; 2],
+            length_m: 3000.0,
+            width_m: 45.0,
+            spine: Vec::new(),
+            hold_distance_m: 90.0,
+            turn_pads: [false; 2],
+        };
         let across_m = |ends: [[f64; 2]; 2], strip| {
             let mut net = Network::default();
             let hold = NetNode { hold_for: Some(0), ..node([1000.0, -60.0]) };
@@ -499,18 +517,9 @@ mod tests {
                 code: 4,
                 origin: None,
             }];
-            net.runways = vec![NetRunway {
-                names: ["09".into(), "27".into()],
-                ends_m: [Vector2::new(0.0, 0.0), Vector2::new(3000.0, 0.0)],
-                displaced_m: [0.0; 2],
-                length_m: 3000.0,
-                width_m: 45.0,
-                spine: Vec::new(),
-                hold_distance_m: 90.0,
-                turn_pads: [false; 2],
-            }];
-            let runway = axis([0.0, 0.0], [3000.0, 0.0]);
-            Layout::new(vec![runway]).with_network(&net).bars[0].across_m.expect("a side")
+            net.runways = vec![runway()];
+            let along = axis([0.0, 0.0], [3000.0, 0.0]);
+            Layout::new(vec![along]).with_network(&net).bars[0].across_m.expect("a side")
         };
         assert_eq!(across_m([[900.0, -56.0], [1100.0, -56.0]], None), 48.5);
         assert_eq!(across_m([[900.0, -61.0], [1100.0, -61.0]], None), 53.5, "a nose may stray");
@@ -521,5 +530,12 @@ mod tests {
         assert_eq!(across_m([[900.0, 56.0], [1100.0, 56.0]], None), 60.0, "on the other side");
         assert_eq!(across_m([[900.0, -56.0], [1100.0, -56.0]], Some(0)), 60.0, "in the strip");
         assert_eq!(across_m([[900.0, -20.0], [1100.0, -20.0]], None), 60.0, "on the runway");
+        // A holding position on the axis beyond an end is no bar: the strip ends there.
+        let mut net = Network::default();
+        net.nodes = vec![NetNode { hold_for: Some(0), ..node([3055.0, 1.0]) }];
+        net.runways = vec![runway()];
+        let layout = Layout::new(vec![axis([0.0, 0.0], [3000.0, 0.0])]).with_network(&net);
+        assert!(layout.bars.is_empty());
+        assert_eq!(layout.runways[0].ends_held_m, [f64::INFINITY, 55.0]);
     }
 }

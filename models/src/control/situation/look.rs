@@ -169,9 +169,13 @@ impl<'a> Look<'a> {
         })
     }
 
-    fn within(&self, r: usize, place_m: f64) -> bool {
-        let beyond_m = self.parameters.strip_beyond_m;
-        place_m > -beyond_m && place_m < self.layout.runways[r].length_m + beyond_m
+    /// Whether a place along a runway is between the ends of its strip, which are no farther out than a holding position on the
+    /// axis, as lines beside it short of that by a margin.
+    fn within(&self, r: usize, place_m: f64, margin_m: f64) -> bool {
+        let runway = &self.layout.runways[r];
+        let beyond_m =
+            runway.ends_held_m.map(|m| (m - margin_m).min(self.parameters.strip_beyond_m));
+        place_m > -beyond_m[0] && place_m < runway.length_m + beyond_m[1]
     }
 
     /// In whose strips it is; `before`: those of the last scan. Who flies across a runway is over its strip, not in it. One that noise alone
@@ -204,8 +208,9 @@ impl<'a> Look<'a> {
             let (nose_s, nose_d) = runway.place_m(nose_m);
             let stays = before >> r & 1 == 1;
             let margin_m = p.strip_margin_m + if stays { 0.0 } else { creeps_m };
-            let inside =
-                |s: f64, d: f64| d.abs() < runway.hold_at_m(s, d) - margin_m && self.within(r, s);
+            let inside = |s: f64, d: f64| {
+                d.abs() < runway.hold_at_m(s, d) - margin_m && self.within(r, s, margin_m)
+            };
             if inside(s, d) || inside(nose_s, nose_d) {
                 strips |= 1 << r;
             }
@@ -258,7 +263,7 @@ impl<'a> Look<'a> {
                 && !above
                 && along.abs() >= p.fast_mps.max(p.fast_aligned * speed_mps)
                 && d.abs() <= side_m
-                && self.within(r, s)
+                && self.within(r, s, 0.0)
                 && situation.fast.is_none()
             {
                 situation.fast = Some(r);

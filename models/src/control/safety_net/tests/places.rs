@@ -74,6 +74,31 @@ fn who_is_fast_on_a_runway_is_on_final_to_no_other() {
     assert!(arrivals(Parameters::on_tracks(), &other, None).is_some());
 }
 
+/// Manchester's 23L: who enters along the axis holds 56 m short of the runway, where the strip would reach 60 m. He was alarmed over 17
+/// times in nine minutes.
+#[test]
+fn who_holds_on_the_axis_short_of_the_end_is_in_no_strip() {
+    let comes = |stops_m: f64| {
+        move |second: u32| {
+            let s = f64::from(second);
+            let at = (0.3 * noise(second), (-320.0 + 10.0 * s).min(stops_m) + 0.3 * noise(second));
+            let speed_mps = if -320.0 + 10.0 * s < stops_m { 10.0 } else { 0.0 };
+            vec![target(1, "ABC1", at, (0.0, speed_mps), second)]
+        }
+    };
+    let alarmed = |held_m: f64, nose_m: f64| {
+        let mut layout = layout();
+        layout.runways[0].ends_held_m[0] = held_m;
+        let mut board = Board::default();
+        board.strip(Callsign::new("ABC1"));
+        let found = seen(&layout, &board, Parameters::on_tracks(), 90, comes(nose_m - 19.0));
+        first(&found, "NOCLR_RWY")
+    };
+    assert_eq!(alarmed(55.7, -58.5), None, "3 m short of the line");
+    assert!(alarmed(f64::INFINITY, -50.0).is_some(), "a strip without such a line");
+    assert!(alarmed(55.7, -40.0).is_some(), "over the line, uncleared");
+}
+
 #[test]
 fn the_first_speed_of_a_track_says_not_that_it_was_slow() {
     // A light aircraft beside the runway's line, still in the air; a taxiing one that becomes as fast.
