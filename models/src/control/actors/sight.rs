@@ -29,7 +29,7 @@ const NEAR_M: f64 = 150.0;
 const ARRIVAL_S: f64 = 30.0;
 /// A track that keeps a runway closed for so long is looked for with the eyes, s (assumed).
 pub const LOOKS_AFTER_S: f64 = 60.0;
-/// One who lands or rolls is behind whoever lines up from so far past his place on, m, and from this speed on, m/s (assumed).
+/// From so far past the place of whoever lines up or crosses on, m, and from this speed on, m/s, one who lands or rolls has passed (assumed).
 const PASSED_M: f64 = 50.0;
 const AWAY_MPS: f64 = 5.0;
 /// Who was fast on the runway so shortly ago is one of them, s (assumed); a car that drives along it is not.
@@ -95,7 +95,10 @@ impl Sight {
                 self.called += 1;
             }
         }
-        let own_m = w.strip.and_then(|strip| seen.of_strip(strip)).filter(|_| kind == LineUp);
+        let own_m = w
+            .strip
+            .and_then(|strip| seen.of_strip(strip))
+            .filter(|_| matches!(kind, Cross | LineUp));
         let own_m = own_m.map(|s| axis.place_m(s.target.position_m).0);
         let mut free = true;
         for index in seen.of_runways() {
@@ -124,7 +127,8 @@ impl Sight {
     }
 }
 
-/// Whether somebody has passed a place `own_m` along a runway and goes on away from it: one lines up behind who lands or rolls.
+/// Whether somebody has passed a place `own_m` along a runway and goes on away from it: one lines up and crosses behind who lands
+/// or rolls.
 fn leaves_behind(axis: &RunwayAxis, s: &Situation, own_m: f64) -> bool {
     let beyond_m = axis.place_m(s.target.position_m).0 - own_m;
     let along_mps = axis.along_mps(s.target.velocity_mps);
@@ -225,7 +229,7 @@ mod tests {
 
     /// Waiting until a landing has left its runway cost every second gap of a busy runway.
     #[test]
-    fn one_lines_up_behind_who_lands_and_takes_off_when_he_has_left() {
+    fn one_lines_up_and_crosses_behind_who_lands_and_takes_off_when_he_has_left() {
         use ClearanceKind::{Cross, LineUp, TakeOff};
         // Passes the line at second 2, brakes to a turn-off at 1 600 m and has left at second 55.
         let lands = |from_m: f64| {
@@ -238,9 +242,11 @@ mod tests {
                 all
             }
         };
-        let behind = may_at(LineUp, &lands(100.0));
-        assert!(behind.is_some_and(|at| (3..9).contains(&at)), "{behind:?}");
-        for (kind, from_m) in [(TakeOff, 100.0), (Cross, 100.0), (LineUp, 1900.0)] {
+        for kind in [LineUp, Cross] {
+            let behind = may_at(kind, &lands(100.0));
+            assert!(behind.is_some_and(|at| (3..9).contains(&at)), "{kind:?}: {behind:?}");
+        }
+        for (kind, from_m) in [(TakeOff, 100.0), (Cross, 1900.0), (LineUp, 1900.0)] {
             assert_eq!(may_at(kind, &lands(from_m)), Some(55), "{kind:?} at {from_m}");
         }
     }
