@@ -31,6 +31,8 @@ mod stages;
 mod state;
 mod track_file;
 mod tracker;
+mod updates;
+mod way;
 mod weights;
 
 pub use config::TrackingConfig;

@@ -9,7 +9,8 @@ use super::own::{Association, Initiation};
 use super::places::Places;
 use super::registration::Registration;
 use super::resting::Resting;
-use super::track_file::{Ring, Track};
+use super::track_file::Track;
+use super::way::Ring;
 use super::weights::Local;
 use crate::association::assignment::Solver;
 use crate::association::cluster::Clusters;
@@ -168,6 +169,8 @@ pub(super) struct Work {
     pub(super) bodied: Vec<u32>,
     /// How many pairs want each plot.
     pub(super) claims: Vec<u32>,
+    /// Of each plot of a cluster: the sum of what its tracks claim of it.
+    pub(super) claimed: Vec<f64>,
     pub(super) positions: Vec<Vector2<f64>>,
     /// Earliest and latest time of the batch.
     pub(super) span: (SimTime, SimTime),

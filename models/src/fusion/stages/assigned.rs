@@ -254,25 +254,34 @@ impl Tracker {
     }
 
     /// Updates the tracks of a cluster with their rows of marginals.
-    pub(in crate::fusion) fn take_marginals(
+    fn take_marginals(&mut self, from: usize, local: &Local, model: &SensorModel, work: &mut Work) {
+        let rows = local.beta.chunks_exact(local.plots.len() + 1).enumerate();
+        let rows = rows.map(|(row, beta)| (row, beta[0], (0..).zip(beta[1..].iter().copied())));
+        self.take_rows(from, local, rows, model, work);
+    }
+
+    /// Updates tracks of a cluster: of each its row, the probability that it was missed, and its plots (their columns) with theirs.
+    pub(in crate::fusion) fn take_rows<S: Iterator<Item = (u32, f64)> + Clone>(
         &mut self,
         from: usize,
         local: &Local,
+        rows: impl Iterator<Item = (usize, f64, S)>,
         model: &SensorModel,
         work: &mut Work,
     ) {
-        let (rows, columns) = (local.tracks.len(), local.plots.len());
-        for row in 0..rows {
-            let beta = &local.beta[row * (columns + 1)..(row + 1) * (columns + 1)];
-            let shares = local.plots.iter().copied().zip(beta[1..].iter().copied());
-            self.take_weighted(from, local.tracks[row], beta[0], shares, model, work);
+        let mut claimed = std::mem::take(&mut work.claimed);
+        claimed.clear();
+        claimed.resize(local.plots.len(), 0.0);
+        for (row, missed, shares) in rows {
+            shares.clone().for_each(|(column, share)| claimed[column as usize] += share);
+            let shares = shares.map(|(column, share)| (local.plots[column as usize], share));
+            self.take_weighted(from, local.tracks[row], missed, shares, model, work);
         }
-        // A plot that the tracks of the cluster claim with more than even odds is used up.
-        for column in 0..columns {
-            let claimed: f64 =
-                (0..rows).map(|row| local.beta[row * (columns + 1) + column + 1]).sum();
-            work.used[from + local.plots[column] as usize] |= claimed > 0.5;
+        // A plot that the tracks claim with more than even odds is used up.
+        for (plot, claimed) in local.plots.iter().zip(&claimed) {
+            work.used[from + *plot as usize] |= *claimed > 0.5;
         }
+        work.claimed = claimed;
     }
 
     /// A cluster that is too large to be done exactly: belief propagation over its pairs. Where dropping the pairs that
@@ -332,23 +341,15 @@ impl Tracker {
                 self.update(local.tracks[row] as usize, How::Plot, k, model, work);
             }
         }
-        let mut claimed = vec![0.0; columns];
         work.hurried = rows > MANY_ROWS;
-        for row in (0..rows).filter(|&row| !done[row]) {
-            if exact.contains(&local.tracks[row]) {
-                continue;
-            }
-            let shares =
-                belief.edges_of(row).map(|e| (local.edges[e].column, belief.share(row, e)));
-            shares.clone().for_each(|(column, share)| claimed[column as usize] += share);
-            let shares = shares.map(|(column, share)| (local.plots[column as usize], share));
-            let miss = belief.miss(row);
-            self.take_weighted(from, local.tracks[row], miss, shares, model, work);
-        }
+        let left = (0..rows).filter(|&row| !done[row] && !exact.contains(&local.tracks[row]));
+        let (found, edges) = (&belief, &local.edges);
+        let left = left.map(|row| {
+            let shares = found.edges_of(row).map(move |e| (edges[e].column, found.share(row, e)));
+            (row, found.miss(row), shares)
+        });
+        self.take_rows(from, local, left, model, work);
         work.hurried = false;
-        for (plot, claimed) in local.plots.iter().zip(claimed) {
-            work.used[from + *plot as usize] |= claimed > 0.5;
-        }
         work.belief = belief;
     }
 
@@ -375,7 +376,7 @@ impl Tracker {
         }
         // All at the time of the likeliest, moved by the predicted velocity.
         let time = work.candidates[k].plot.time;
-        let Some(filter) = self.tracks[index].filter_before(time, &self.ring) else { return };
+        let Some(filter) = self.tracks[index].way.filter_before(time, &self.ring) else { return };
         let Ok(at) = predict(filter, time, &self.config.life) else { return };
         let velocity = at.velocity_mps();
         let mut plots = std::mem::take(&mut work.weighted);

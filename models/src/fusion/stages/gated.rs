@@ -191,8 +191,9 @@ impl Tracker {
             });
         }
         let base = track
+            .way
             .filter_before(begin, &self.ring)
-            .or_else(|| track.filter_before(end, &self.ring))?;
+            .or_else(|| track.way.filter_before(end, &self.ring))?;
         let (last, s) = position_at(base, end, life).ok()?;
         let first = place_at(base, begin.max(base.time()), life).unwrap_or(last);
         let half = Vector2::new(
@@ -250,7 +251,7 @@ impl Tracker {
                     let from = if now.time <= look.time {
                         now
                     } else {
-                        match track.filter_before(look.time, &self.ring) {
+                        match track.way.filter_before(look.time, &self.ring) {
                             Some(filter) => Departed::of(filter),
                             None => continue,
                         }
@@ -392,7 +393,7 @@ impl Tracker {
         m: &Measurement,
     ) -> Option<Nis> {
         let config = &self.config;
-        let filter = track.filter_before(time, &self.ring)?;
+        let filter = track.way.filter_before(time, &self.ring)?;
         let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
         let time = filter.time().plus_s(self.reckoned_s(track, time.since_s(filter.time())));
         let known = plot.polar.is_some().then(|| track.as_known(plot, &self.registration));

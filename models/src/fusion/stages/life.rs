@@ -8,7 +8,8 @@ use crate::fusion::filter::predict;
 use crate::fusion::numbers::Numbers;
 use crate::fusion::own::{Initiation, Shown, Trial};
 use crate::fusion::state::{Statistics, Tracker};
-use crate::fusion::track_file::{Ring, Stage, Track};
+use crate::fusion::track_file::{Stage, Track};
+use crate::fusion::way::Ring;
 use crate::time::SimTime;
 use crate::track::{SecondAgo, SystemTrack, TrackStatus, TrackType};
 
@@ -87,7 +88,7 @@ fn present(
         return at;
     }
     statistics.not_positive_definite += 1;
-    let again = if track.begin_again(config, ring) { sound(track) } else { None };
+    let again = if track.way.begin_again(config, ring) { sound(track) } else { None };
     if again.is_none() {
         track.stage = Stage::Ended;
         statistics.deleted += 1;
@@ -102,7 +103,10 @@ fn second_ago(
     config: &TrackingConfig,
     ring: &Ring,
 ) -> Option<SecondAgo> {
-    let (position_m, cov_m2) = track.second_ago(then, config, ring)?;
+    if track.born > then {
+        return None;
+    }
+    let (position_m, cov_m2) = track.way.second_ago(then, config, ring)?;
     let coasted = track.last_hit <= then;
     // What the echo's law leaves open is as open a scan ago.
     let cov_m2 = cov_m2 + track.echo_left_m2;

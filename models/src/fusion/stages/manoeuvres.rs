@@ -19,7 +19,7 @@ impl Tracker {
             let track = &self.tracks[pair.track as usize];
             let k = pair.k as usize;
             let plot = &work.candidates[k].plot;
-            let Some(filter) = track.filter_before(plot.time, &self.ring) else { continue };
+            let Some(filter) = track.way.filter_before(plot.time, &self.ring) else { continue };
             let dt_s = self.reckoned_s(track, plot.time.since_s(filter.time()));
             let (target, r) = (Track::departure(filter), plot.covariance_m2());
             let reach = kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r);
@@ -52,7 +52,7 @@ impl Tracker {
             let mut nearest: Option<(f64, usize)> = None;
             for k in pairs.iter().map(|pair| pair.k as usize).filter(|&k| !work.used[k]) {
                 let plot = &work.candidates[k].plot;
-                let Some(filter) = track.filter_before(plot.time, &self.ring) else { continue };
+                let Some(filter) = track.way.filter_before(plot.time, &self.ring) else { continue };
                 let Ok((at, _)) = position_at(filter, plot.time, &self.config.life) else {
                     continue;
                 };

@@ -66,7 +66,7 @@ impl Tracker {
                     labels.remember(&labels::likelihoods(track, line, flights, config, t_out));
                 }
             }
-            track.leave(ring);
+            track.way.leave(ring);
             false
         });
     }

@@ -5,7 +5,8 @@ use crate::fusion::buffers::Candidate;
 use crate::fusion::config::SensorModel;
 use crate::fusion::registration::{Reference, Waiting};
 use crate::fusion::state::{Outcome, Tracker, Work};
-use crate::fusion::track_file::{Applied, Update};
+use crate::fusion::updates::Update;
+use crate::fusion::way::Applied;
 use crate::plot::Plot;
 
 impl Tracker {
@@ -40,7 +41,7 @@ impl Tracker {
         let late = plot.time < track.time();
         if late {
             // What comes behind it is done again.
-            let again = track.later_than(plot.time) as u64 * work.budget.update();
+            let again = track.way.later_than(plot.time) as u64 * work.budget.update();
             if work.budget.left_of(0.9) < again {
                 self.statistics.too_late += 1;
                 self.outcomes[*place] = Outcome::TooLate;
@@ -62,7 +63,7 @@ impl Tracker {
         self.statistics.merged_updates += u64::from(merge);
         work.budget.spend(if merge { 30 * plots } else { plots * work.budget.update() });
         let config = &self.config;
-        let applied = track.apply(update, merge, config, self.oldest, &mut self.ring);
+        let applied = track.way.apply(update, merge, config, self.oldest, &mut self.ring);
         let (position_m, velocity_mps) = match applied {
             Applied::Taken { position_m, velocity_mps } => (position_m, velocity_mps),
             Applied::Reborn { position_m, velocity_mps } => {
