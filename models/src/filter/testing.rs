@@ -3,9 +3,9 @@
 use super::motion::Motion;
 use super::six_state::SixState;
 use super::{Estimate, Start, StateEstimator};
-use crate::draw::{DrawKey, Purpose};
+use crate::draw::{DrawKey, Purpose, normal_pair};
 use crate::frames::Vector2;
-use crate::plot::{Plot, SensorId, SensorKind};
+use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
 use rand::RngExt;
 
@@ -25,6 +25,45 @@ pub(crate) fn plot_at(time_s: f64, x: f64, y: f64, r: f64) -> Plot {
         identity: None,
         scnr_db: None,
     }
+}
+
+/// Two numbers N(0, 1), the same for the same key.
+pub(crate) fn drawn(seed: u64, sensor: u32, entity: u64, scan: u64) -> Vector2<f64> {
+    let (a, b) =
+        normal_pair(&mut DrawKey { run_seed: seed, sensor, entity, scan }.rng(Purpose::Study));
+    Vector2::new(a, b)
+}
+
+/// A Gauss–Markov error of variance 1 after a step of which `keep` is the correlation.
+pub(crate) fn slower(error: Vector2<f64>, keep: f64, drawn: Vector2<f64>) -> Vector2<f64> {
+    error * keep + drawn * (1.0 - keep * keep).sqrt()
+}
+
+/// The plot as a radar at the origin has it, with these errors (variances along and across, m²).
+pub(crate) fn by_radar(plot: Plot, [along_m2, across_m2]: [f64; 2]) -> Plot {
+    let (at, range_m) = (plot.position_m, plot.position_m.norm());
+    let polar = Polar {
+        range_m,
+        azimuth_rad: libm::atan2(at.x, at.y),
+        sigma_range_m: along_m2.sqrt(),
+        sigma_azimuth_rad: across_m2.sqrt() / range_m,
+        extent_m2: None,
+    };
+    Plot {
+        kind: SensorKind::Asde,
+        axis: at / range_m,
+        along_m2,
+        across_m2,
+        polar: Some(polar),
+        ..plot
+    }
+}
+
+/// Way along x of what goes to and stops, again and again: 20 s at 20 m/s, 10 s of braking, 10 s of standing, 10 s of speeding up, m.
+pub(crate) fn stops_and_goes(t: f64) -> f64 {
+    let (rounds, u) = ((t / 50.0).floor(), t.rem_euclid(50.0));
+    let (slower, faster) = ((u - 20.0).clamp(0.0, 10.0), (u - 40.0).max(0.0));
+    600.0 * rounds + 20.0 * u.min(20.0) + (20.0 - slower) * slower + faster * faster
 }
 
 /// `n` plots about a second apart of something that wanders, with oblique error ellipses.

@@ -106,8 +106,8 @@ impl Consider {
 mod tests {
     use super::super::tests::report;
     use super::*;
-    use crate::draw::{DrawKey, Purpose, normal_pair};
     use crate::filter::consistency::position_nees;
+    use crate::filter::testing::{drawn, slower};
     use crate::filter::{Rung, two_plot_start};
 
     /// Standard deviation of the delay, s, and share of the variance of a report that is slow.
@@ -133,17 +133,13 @@ mod tests {
         let (mut sums, mut delays) = ([[0.0; 2]; 2], [0.0; 2]);
         let runs = 150;
         for run in 0..runs {
-            let draw = |sensor, scan: u32| {
-                let key = DrawKey { run_seed: 4000 + run, sensor, entity: 0, scan: scan.into() };
-                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
-                Vector2::new(a, b)
-            };
+            let draw = |sensor, scan: u32| drawn(4000 + run, sensor, 0, scan.into());
             let rho = libm::exp(-1.0f64 / 300.0);
             let (mut error, delay) = (draw(3, 0), draw(4, 0).x);
             let mut filter: Option<Consider> = None;
             for k in 1..=100u32 {
                 let t = f64::from(k);
-                error = error * rho + draw(3, k) * (1.0 - rho * rho).sqrt();
+                error = slower(error, rho, draw(3, k));
                 let off = (error * SHARE.sqrt() + draw(2, k) * (1.0 - SHARE).sqrt()) * 2.0;
                 let said = report(t, place(t - delay * LATE_S) + off, 4.0);
                 let Some(filter) = &mut filter else {
@@ -190,10 +186,7 @@ mod tests {
         let config = FilterConfig::new(Rung::Imm3);
         let (mut nees, mut count) = (0.0, 0.0);
         for run in 0..150u64 {
-            let draw = |sensor, scan: u32| {
-                let key = DrawKey { run_seed: 8000 + run, sensor, entity: 0, scan: scan.into() };
-                Vector2::from(<[f64; 2]>::from(normal_pair(&mut key.rng(Purpose::Study))))
-            };
+            let draw = |sensor, scan: u32| drawn(8000 + run, sensor, 0, scan.into());
             let delay = draw(4, 0).x * LATE_S;
             let said =
                 |k: u32| report(f64::from(k), place(f64::from(k) - delay) + draw(2, k) * 2.0, 4.0);

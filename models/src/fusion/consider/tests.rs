@@ -5,23 +5,12 @@ use crate::draw::{DrawKey, Purpose, normal_pair};
 use crate::filter::Rung;
 use crate::filter::consistency::position_nees;
 use crate::filter::motion::Motion;
+use crate::filter::testing::{by_radar, drawn, plot_at, slower, stops_and_goes};
 use crate::plot::SensorKind;
 
 pub(super) fn report(t_s: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
-    Plot {
-        sensor: SensorId(2),
-        kind: SensorKind::Gps,
-        time: SimTime::from_s(t_s),
-        sequence: 0,
-        position_m,
-        axis: Vector2::new(0.0, 1.0),
-        along_m2: variance,
-        across_m2: variance,
-        altitude_m: None,
-        polar: None,
-        identity: None,
-        scnr_db: None,
-    }
+    let own = plot_at(t_s, position_m.x, position_m.y, variance);
+    Plot { sensor: SensorId(2), kind: SensorKind::Gps, axis: Vector2::new(0.0, 1.0), ..own }
 }
 
 pub(super) fn model(share: f64) -> SlowError {
@@ -51,18 +40,16 @@ fn run(share_assumed: f64) -> (f64, f64, f64) {
     let (mut nees, mut claimed, mut velocity2) = (0.0, 0.0, 0.0);
     let runs = 200;
     for run in 0..runs {
-        let mut rng = DrawKey { run_seed: run, sensor: 0, entity: 0, scan: 0 }.rng(Purpose::Study);
-        let draw = |rng: &mut _| {
-            let (a, b) = normal_pair(rng);
-            Vector2::new(a, b)
-        };
+        let key = DrawKey { run_seed: run, sensor: 0, entity: 0, scan: 0 };
+        let mut rng = key.rng(Purpose::Study);
+        let draw = |rng: &mut _| Vector2::from(<[f64; 2]>::from(normal_pair(rng)));
         let mut slow = draw(&mut rng);
         let mut truth = Vector2::zeros();
         let (mut velocity, mut acceleration) = (Vector2::new(5.0, 0.0), Vector2::zeros());
         let mut filter =
             Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(1e6)), &one_mode(Q));
         for k in 1..=200 {
-            slow = slow * rho + draw(&mut rng) * (1.0 - rho * rho).sqrt();
+            slow = slower(slow, rho, draw(&mut rng));
             // White jerk of the density that the filter assumes, in ten steps a second.
             for _ in 0..10 {
                 acceleration += draw(&mut rng) * (Q * 0.1).sqrt();
@@ -125,27 +112,17 @@ fn without_a_slow_share_it_is_the_six_state_filter() {
 /// Reports that are late by the same 0.22 s (where they are, the target was) beside plots that are not, of a target that drives at
 /// 20 m/s and stops, and again: root mean square error (m) and NEES while it drives and while it stands, from the second time on.
 fn late_reports(late_s: f64) -> [(f64, f64); 2] {
-    // Each 50 s: 20 s at speed, 10 s of braking, 10 s of standing, 10 s of speeding up.
-    let place = |t: f64| {
-        let (rounds, u) = ((t / 50.0).floor(), t.rem_euclid(50.0));
-        let (slower, faster) = ((u - 20.0).clamp(0.0, 10.0), (u - 40.0).max(0.0));
-        let gone = 20.0 * u.min(20.0) + (20.0 - slower) * slower + faster * faster;
-        Vector2::new(600.0 * rounds + gone, 0.0)
-    };
+    let place = |t: f64| Vector2::new(stops_and_goes(t), 0.0);
     let (mut sums, mut counts) = ([(0.0, 0.0); 2], [0.0; 2]);
     for run in 0..60 {
-        let draw = |sensor, scan: u32| {
-            let key = DrawKey { run_seed: run, sensor, entity: 0, scan: scan.into() };
-            let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
-            Vector2::new(a, b)
-        };
+        let draw = |sensor, scan: u32| drawn(run, sensor, 0, scan.into());
         let rho = libm::exp(-1.0f64 / 300.0);
         let mut slow = draw(3, 0);
         let mut filter =
             Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(1e4)), &one_mode(0.5));
         for k in 1..=200u32 {
             let t = f64::from(k);
-            slow = slow * rho + draw(3, k) * (1.0 - rho * rho).sqrt();
+            slow = slower(slow, rho, draw(3, k));
             let seen = Plot {
                 sensor: SensorId(1),
                 ..report(t - 0.5, place(t - 0.5) + draw(1, k) * 2.5, 6.25)
@@ -189,11 +166,7 @@ fn what_stands_near_a_radar_is_not_drawn_to_it() {
     let truth = axis * distance_m;
     let (mut sum, mut count) = (0.0, 0.0);
     for run in 0..60 {
-        let draw = |sensor, scan: u32| {
-            let key = DrawKey { run_seed: 100 + run, sensor, entity: 0, scan: scan.into() };
-            let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
-            Vector2::new(a, b)
-        };
+        let draw = |sensor, scan: u32| drawn(100 + run, sensor, 0, scan.into());
         let begun = Gaussian::at_position(
             truth,
             crate::filter::gaussian::Sym2 { xx: 9.0, xy: 0.0, yy: 9.0 },
@@ -206,27 +179,14 @@ fn what_stands_near_a_radar_is_not_drawn_to_it() {
         let mut slow = draw(3, 0);
         for k in 1..=600u32 {
             let t = f64::from(k);
-            slow = slow * rho + draw(3, k) * (1.0 - rho * rho).sqrt();
+            slow = slower(slow, rho, draw(3, k));
             let noise = draw(1, k);
             let range_m = distance_m + 2.5 * noise.x;
             let azimuth_rad = libm::atan2(axis.x, axis.y) + 5.0 * noise.y / distance_m;
             let (sin, cos) = libm::sincos(azimuth_rad);
             let line = Vector2::new(sin, cos);
-            let seen = Plot {
-                sensor: SensorId(1),
-                kind: SensorKind::Asde,
-                axis: line,
-                along_m2: 6.25,
-                across_m2: 25.0,
-                polar: Some(crate::plot::Polar {
-                    range_m,
-                    azimuth_rad,
-                    sigma_range_m: 2.5,
-                    sigma_azimuth_rad: 5.0 / distance_m,
-                    extent_m2: None,
-                }),
-                ..report(t - 0.5, line * range_m, 6.25)
-            };
+            let own = Plot { sensor: SensorId(1), ..report(t - 0.5, line * range_m, 6.25) };
+            let seen = by_radar(own, [6.25, 25.0]);
             let echo = SlowError::Echo { sigma_m: [1.4, 1.2], tau_s: 100.0 };
             filter.update(&seen, echo, false).expect("sound");
             let said = report(t, truth + slow * 4.0 + draw(2, k), 17.0);
@@ -248,11 +208,8 @@ fn followed(rung: Rung) -> Consider {
     let mut filter = Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(9.0)), &config);
     for k in 1..=30u32 {
         let t = f64::from(k);
-        let draw = normal_pair(
-            &mut DrawKey { run_seed: 9, sensor: 0, entity: 0, scan: k.into() }.rng(Purpose::Study),
-        );
+        let error = drawn(9, 0, 0, k.into());
         let truth = Vector2::new(9.0 * t, 0.3 * t * t * f64::from(u8::from(k > 20)));
-        let error = Vector2::new(draw.0, draw.1);
         filter.update(&report(t - 0.5, truth + error, 2.0), model(0.9), false).expect("sound");
         let seen = Plot { sensor: SensorId(1), ..report(t, truth - error * 0.7, 1.5) };
         filter.update(&seen, SlowError::White, false).expect("sound");
@@ -346,10 +303,7 @@ fn what_is_known_of_a_receiver_outlives_a_new_beginning() {
     let config = FilterConfig::new(Rung::Imm3);
     let (mut kept, mut fresh, mut claimed) = (0.0, 0.0, 0.0);
     for run in 0..40 {
-        let draw = |sensor, scan: u32| {
-            let key = DrawKey { run_seed: 700 + run, sensor, entity: 0, scan: scan.into() };
-            Vector2::from(<[f64; 2]>::from(normal_pair(&mut key.rng(Purpose::Study))))
-        };
+        let draw = |sensor, scan: u32| drawn(700 + run, sensor, 0, scan.into());
         let mut slow = draw(3, 0);
         let mut filter =
             Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(9.0)), &config);
@@ -357,7 +311,7 @@ fn what_is_known_of_a_receiver_outlives_a_new_beginning() {
             report(t, (slow * share.sqrt() + draw(2, k) * (1.0 - share).sqrt()) * 3.0, 9.0)
         };
         for k in 1..=60u32 {
-            slow = slow * rho + draw(3, k) * (1.0 - rho * rho).sqrt();
+            slow = slower(slow, rho, draw(3, k));
             filter.update(&said(f64::from(k) - 0.5, slow, k), model(share), false).expect("sound");
             let seen = Plot { sensor: SensorId(1), ..report(f64::from(k), draw(1, k), 1.0) };
             filter.update(&seen, SlowError::White, false).expect("sound");

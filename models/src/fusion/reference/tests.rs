@@ -2,12 +2,12 @@
 
 use super::linear::{Forwards, MOTION, Moment, Row, Start};
 use super::*;
-use crate::draw::{DrawKey, Purpose, normal_pair};
 use crate::filter::consistency::nees_of;
+use crate::filter::testing::{by_radar, drawn, plot_at, slower, stops_and_goes};
 use crate::flight_list::{FlightEntry, MovementKind};
 use crate::fusion::config::{SensorModel, TypeSize};
 use crate::fusion::near_side::{Body, EchoLaw, half_extents_m};
-use crate::plot::{Identity, Polar, SensorKind};
+use crate::plot::{Identity, SensorKind};
 use nalgebra::{DMatrix, DVector};
 
 /// Range m, azimuth rad, stamps late by s.
@@ -63,26 +63,12 @@ const MOVERS: [Mover; 3] = [
 ];
 
 fn draw(seed: u64, sensor: u32, entity: usize, scan: u64) -> Vector2<f64> {
-    let key = DrawKey { run_seed: seed, sensor, entity: entity as u64, scan };
-    let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
-    Vector2::new(a, b)
+    drawn(seed, sensor, entity as u64, scan)
 }
 
 fn plot(sensor: u16, kind: SensorKind, t: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
-    Plot {
-        sensor: SensorId(sensor),
-        kind,
-        time: SimTime::from_s(t),
-        sequence: 0,
-        position_m,
-        axis: Vector2::new(0.0, 1.0),
-        along_m2: variance,
-        across_m2: variance,
-        altitude_m: None,
-        polar: None,
-        identity: None,
-        scnr_db: None,
-    }
+    let own = plot_at(t, position_m.x, position_m.y, variance);
+    Plot { sensor: SensorId(sensor), kind, axis: Vector2::new(0.0, 1.0), ..own }
 }
 
 /// A radar's plot with its errors, of a body whose echo wanders.
@@ -99,16 +85,8 @@ fn echo(mover: &Mover, n: usize, t: f64, seed: u64, errors: Errors) -> Plot {
     let range_m = distance - offset + errors[0] + sigma * noise.x;
     let azimuth_rad = libm::atan2(at.x, at.y) + errors[1] + sigma * noise.y / distance;
     let axis = Vector2::new(libm::sin(azimuth_rad), libm::cos(azimuth_rad));
-    let azimuth_rad = crate::frames::wrap_pi(azimuth_rad);
-    let polar = Polar {
-        range_m,
-        azimuth_rad,
-        sigma_range_m: 2.6,
-        sigma_azimuth_rad: 2.6 / range_m,
-        extent_m2: None,
-    };
-    let own = plot(1, SensorKind::Asde, t, axis * range_m, 2.6 * 2.6);
-    Plot { axis, polar: Some(polar), sequence: n as u32, ..own }
+    let own = plot(1, SensorKind::Asde, t, axis * range_m, 0.0);
+    Plot { sequence: n as u32, ..by_radar(own, [2.6 * 2.6; 2]) }
 }
 
 /// The scans of `seconds` s of these movers, plots with errors that stay for 100 s in the reports.
@@ -121,11 +99,7 @@ fn scans(seed: u64, seconds: u32, errors: Errors, reports: bool) -> Vec<(SimTime
             for (n, mover) in MOVERS.iter().enumerate() {
                 plots.push(echo(mover, n, end - 0.7 + 0.05 * n as f64, seed, errors));
                 let fresh = draw(seed, 3, n, k.into());
-                slow[n] = if k == 1 {
-                    fresh
-                } else {
-                    slow[n] * keep + fresh * (1.0 - keep * keep).sqrt()
-                };
+                slow[n] = if k == 1 { fresh } else { slower(slow[n], keep, fresh) };
                 if reports && mover.reports {
                     let t = end - 0.35;
                     let error =
@@ -476,7 +450,7 @@ fn what_stands_near_a_radar_for_long_is_where_it_stands() {
             // Others turn the radar's line of sight.
             plots.push(echo(&MOVERS[0], 1, end - 0.4, 31, [0.0; 3]));
             if k % 5 == 0 {
-                slow = slow * keep + draw(31, 3, 0, k.into()) * (1.0 - keep * keep).sqrt();
+                slow = slower(slow, keep, draw(31, 3, 0, k.into()));
                 let error = slow * 1.9 + draw(31, 2, 0, k.into()) * 0.5;
                 let at_m = (near.way)(end) + error;
                 plots.push(said(2, SensorKind::Gps, near.name, end - 0.2, at_m, 3.9));
@@ -507,18 +481,8 @@ fn who_flies_teaches_nothing_of_a_radar() {
                 let axis = at.normalize();
                 let across = Vector2::new(axis.y, -axis.x);
                 let place = at + axis * (6.0 + 2.0 * noise.x) + across * (2.0 * noise.y);
-                let like = echo(&MOVERS[2], 0, t, 32, [0.0; 3]);
-                let polar = Polar {
-                    range_m: place.norm(),
-                    azimuth_rad: libm::atan2(place.x, place.y),
-                    ..like.polar.expect("a radar's")
-                };
-                plots.push(Plot {
-                    position_m: place,
-                    axis: place.normalize(),
-                    polar: Some(polar),
-                    ..like
-                });
+                let seen = plot(1, SensorKind::Asde, t, place, 0.0);
+                plots.push(by_radar(seen, [2.6 * 2.6; 2]));
                 let at_m = final_m(n, end - 0.2) + draw(32, 2, 0, k.into()) * 0.5;
                 plots.push(said(2, SensorKind::Dgps, &name(n), end - 0.2, at_m, 0.3));
             }
@@ -542,23 +506,12 @@ fn who_flies_teaches_nothing_of_a_radar() {
 /// Reports of a target that drives and stops are late by the same 0.22 s; beside them a radar without errors.
 #[test]
 fn what_reports_are_late_by_is_found_off_line() {
-    let place = |t: f64| {
-        let (rounds, u) = ((t / 50.0).floor(), t.rem_euclid(50.0));
-        let (slower, faster) = ((u - 20.0).clamp(0.0, 10.0), (u - 40.0).max(0.0));
-        let gone = 20.0 * u.min(20.0) + (20.0 - slower) * slower + faster * faster;
-        Vector2::new(-1_200.0 + 600.0 * rounds + gone, 500.0)
-    };
+    let place = |t: f64| Vector2::new(-1_200.0 + stops_and_goes(t), 500.0);
     let all: Vec<(SimTime, Vec<Plot>)> = (1..=200u32)
         .map(|k| {
             let end = f64::from(k);
             let at = place(end - 0.6) + draw(41, 1, 0, k.into()) * 2.5;
-            let like = echo(&MOVERS[2], 0, end - 0.6, 41, [0.0; 3]);
-            let polar = Polar {
-                range_m: at.norm(),
-                azimuth_rad: libm::atan2(at.x, at.y),
-                ..like.polar.expect("a radar's")
-            };
-            let seen = Plot { position_m: at, axis: at.normalize(), polar: Some(polar), ..like };
+            let seen = by_radar(plot(1, SensorKind::Asde, end - 0.6, at, 0.0), [2.6 * 2.6; 2]);
             let at_m = place(end - 0.1 - 0.22) + draw(41, 2, 0, k.into()) * 0.5;
             let said = said(2, SensorKind::Dgps, "LATE1", end - 0.1, at_m, 0.25);
             (SimTime::from_s(end), vec![seen, said])
@@ -658,7 +611,7 @@ fn what_the_echoes_of_a_standing_target_lie_off_is_not_averaged_away() {
         let (k, end) = (end.s() as u64, end.s());
         plots.push(echo(&near, 9, end - 0.6, 51, [0.0; 3]));
         if k % 5 == 0 {
-            slow = slow * keep + draw(51, 3, 9, k) * (1.0 - keep * keep).sqrt();
+            slow = slower(slow, keep, draw(51, 3, 9, k));
             let at_m = (near.way)(end) + slow * 1.9 + draw(51, 2, 9, k) * 0.5;
             plots.push(said(3, SensorKind::Gps, near.name, end - 0.2, at_m, 3.9));
         }
