@@ -170,4 +170,51 @@ mod tests {
         assert!((weaving[0] - straight[0]).abs() > 0.05, "{weaving:?} {straight:?}");
         assert!((then[0] - later[0]).abs() < 1e-3, "{then:?} {later:?}");
     }
+
+    /// Events whose histories have broken fail at a plot and at several: the modes go on alone, and the events begin again from
+    /// what these know.
+    #[test]
+    fn what_fails_begins_again_from_the_other_one() {
+        let plot = |k: u32| plot_at(f64::from(k), 8.0 * f64::from(k), 0.3 * f64::from(k % 4), 4.0);
+        let modes = Arc::new(Modes::mixed());
+        let first = plot(0);
+        let mut alone = Imm::<3>::from_plot(&first, Arc::clone(&modes), Start::default());
+        let mut pair = Averaged::from_plot(&first, modes, Start::default()).expect("sound");
+        let alone = alone.as_mut().expect("sound");
+        for k in 1..=12 {
+            alone.update(&plot(k)).expect("sound");
+            pair.update(&plot(k)).expect("sound");
+        }
+        let weighed = pair.weights();
+        assert!(weighed[1] > 0.01, "{weighed:?}");
+        let mut broken = pair.events.estimate().state;
+        broken.x[0] = broken.x[0] * f64::NAN;
+        for several in [false, true] {
+            let (mut alone, mut pair) = (alone.clone(), pair.clone());
+            pair.events.replace(pair.time(), &broken);
+            assert!(pair.events.clone().update(&plot(13)).is_err());
+            if several {
+                let (at, other) = (plot(13), plot_at(13.0, 110.0, 4.0, 4.0));
+                let both = [(&at, 0.6), (&other, 0.3)];
+                alone.update_weighted(&both).expect("sound");
+                pair.update_weighted(&both).expect("the modes go on");
+                assert_eq!(pair.weights(), weighed, "which plot it was says nothing of the rungs");
+            } else {
+                alone.update(&plot(13)).expect("sound");
+                pair.update(&plot(13)).expect("the modes go on");
+                assert!(pair.weights()[1] < 1e-9, "{:?}", pair.weights());
+                assert_eq!(pair.estimate(), alone.estimate());
+            }
+            assert_eq!(pair.modes.estimate(), alone.estimate());
+            let begun = pair.events.estimate();
+            assert_eq!(begun.time, alone.time());
+            assert!((begun.position_m() - alone.estimate().position_m()).norm() < 1e-9);
+            // And go on as others do.
+            for k in 14..=20 {
+                pair.update(&plot(k)).expect("sound");
+            }
+            let off_m = pair.events.estimate().position_m() - plot(20).position_m;
+            assert!(off_m.norm() < 2.0, "{off_m}");
+        }
+    }
 }

@@ -474,3 +474,54 @@ pub const EVENTS27: Declared = Declared {
         Ok(Estimator::Events27(Box::new(filter)))
     },
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history(accelerating: bool) -> History {
+        let state = Gaussian {
+            x: [Pair::new(3.0, 4.0), Pair::new(9.0, 1.0), Pair::new(0.5, 0.2)],
+            p: [(2.0, 3.0), (0.0, 0.0), (0.0, 0.0), (0.5, 0.4), (0.0, 0.0), (0.1, 0.2)]
+                .map(|(east, north)| Pair::new(east, north)),
+            cross: [0.0; 9],
+        };
+        History { state, accelerating, weight: 0.5, log_weight: -0.7 }
+    }
+
+    /// Two histories are one up to a tenth of a deviation squared, over all that they tell apart, and up to three tenths of their
+    /// variances: what lies farther apart are two things that the next plots decide between.
+    #[test]
+    fn histories_are_one_only_where_they_say_the_same() {
+        for accelerating in [false, true] {
+            let one = history(accelerating);
+            assert!(one.says_the_same(&one));
+            assert!(!one.says_the_same(&history(!accelerating)));
+            // Moved by this many deviations in one of the numbers, both axes.
+            let moved = |number: usize, deviations: f64| {
+                let mut other = one;
+                let place = [0, 3, 5][number];
+                let [east, north] = one.state.p[place].array().map(|v| deviations * v.sqrt());
+                other.state.x[number] = other.state.x[number] + Pair::new(east, north);
+                one.says_the_same(&other)
+            };
+            // Of two axes, a tenth: 0.22 each.
+            let numbers = if accelerating { 3 } else { 2 };
+            for number in 0..numbers {
+                assert!(moved(number, 0.21) && !moved(number, 0.24), "{accelerating} {number}");
+            }
+            if !accelerating {
+                assert!(moved(2, 3.0), "what is steady has no acceleration");
+            }
+            let wider = |by: f64| {
+                let mut other = one;
+                other.state.p.iter_mut().for_each(|p| *p = *p * by);
+                [one.says_the_same(&other), other.says_the_same(&one)]
+            };
+            assert_eq!(
+                [1.4, 1.45, 0.72, 0.68].map(wider),
+                [[true; 2], [false; 2], [true; 2], [false; 2]]
+            );
+        }
+    }
+}

@@ -528,4 +528,32 @@ mod tests {
             assert!(both.1 <= 1.5 * most, "{sensors:?}: NEES {} of {most}", both.1);
         }
     }
+
+    /// Beside a coarse sensor, what a fine one tells in an interval falls by no more than a quarter more of its interval explains where it
+    /// misses a plot, and is what it was with its next one; what has become slower is seen to be so after some plots.
+    #[test]
+    fn a_missed_plot_makes_no_slow_sensor() {
+        let coarse = |t: f64| Plot { sensor: SensorId(1), ..plot_at(t, 5.0 * t, 0.0, 36.0) };
+        let fine = |t: f64| Plot { sensor: SensorId(2), ..plot_at(t, 5.0 * t, 0.0, 0.25) };
+        let gains = Arc::new(Gains::new(0.05, 1.0, Start::default(), 4.0));
+        let mut filter =
+            SteadyGain::from_plot(&coarse(0.0), gains, Start::default()).expect("sound");
+        let mut told = Vec::new();
+        for k in 0..40 {
+            let t = f64::from(k) + 0.4;
+            // One plot is missed; from the twentieth second on it looks every fourth.
+            if k != 12 && (k < 20 || k % 4 == 0) {
+                filter.update(&fine(t)).expect("sound");
+            }
+            told.push(filter.told.east());
+            filter.update(&coarse(t + 0.6)).expect("sound");
+        }
+        println!("{told:.3?}");
+        let usual = told[11];
+        assert!((usual - 1.0 / (4.0 + 1.0 / 36.0)).abs() < 1e-9, "{usual}");
+        assert!(told[13] > 2.0 * usual && told[13] < 3.2 * usual, "{}", told[13]);
+        assert_eq!(told[14], usual);
+        // A fourth as often is 4⁵ times less.
+        assert!(told[39] > 30.0 * usual, "{}", told[39]);
+    }
 }

@@ -2,7 +2,9 @@
 
 use super::hard_cases::plot;
 use super::*;
-use config::AssociationMethod;
+use crate::fusion::buffers::Candidate;
+use crate::fusion::weights::Local;
+use config::{AssociationMethod, SensorModel};
 
 /// Two that stand 8 m apart, and looks that bring one plot between them: it is one track's, the other goes without.
 #[test]
@@ -61,4 +63,33 @@ fn refused_plots_do_not_begin_the_state_of_what_stands_again() {
         assert!(k < 4 || first.is_some(), "{k}: {tracks:?}");
     }
     assert_eq!((tracker.statistics().restarts, tracker.tracks.len()), (0, 2));
+}
+
+/// What two tracks claim of one plot, each by itself with less than even odds: it is theirs if one of them has it more likely than not, else
+/// whoever else may have it.
+#[test]
+fn a_plot_is_used_up_by_what_all_tracks_claim_of_it() {
+    let mut tracker = Tracker::new(TrackingConfig::accurate());
+    for k in 1..=12 {
+        let t = f64::from(k);
+        let both = [plot(t - 0.5, 0, 0.0, 0.0), plot(t - 0.5, 1, 8.0, 0.0)];
+        tracker.scan(SimTime::from_s(t), &both, &FlightList::default());
+    }
+    let between = plot(12.5, 0, 4.0, 0.0);
+    let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+    let used = |claims: [f64; 2]| {
+        let mut tracker = tracker.clone();
+        let mut work = std::mem::take(&mut tracker.work);
+        work.candidates = vec![Candidate { plot: between, index: 0 }];
+        (work.used, work.track_used) = (vec![false], vec![false; 2]);
+        tracker.outcomes = vec![Outcome::Unused];
+        let local = Local { tracks: vec![0, 1], plots: vec![0], ..Local::default() };
+        let rows = claims.into_iter().enumerate();
+        let rows = rows.map(|(row, claim)| (row, 1.0 - claim, std::iter::once((0, claim))));
+        tracker.take_rows(0, &local, rows, &model, &mut work);
+        assert_eq!(work.track_used, [false; 2], "neither has it for certain");
+        work.used[0]
+    };
+    assert_eq!([[0.2, 0.25], [0.24, 0.25]].map(used), [false; 2]);
+    assert_eq!([[0.26, 0.25], [0.3, 0.3], [0.45, 0.4]].map(used), [true; 3]);
 }

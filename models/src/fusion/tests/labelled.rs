@@ -1,6 +1,7 @@
 //! Labels from the flight list.
 
 use super::*;
+use crate::filter::testing::drawn;
 use crate::fusion::config::SensorModel;
 use crate::plot::{Callsign, Identity};
 use crate::track::TrackType;
@@ -214,4 +215,44 @@ fn the_line_of_a_track_that_ended_is_given_to_no_other_one_at_once() {
     println!("ended {ended:?}, called {called:?}");
     let (ended, called) = (ended.expect("silent"), called.expect("by its stand"));
     assert!((ended + 10..=ended + 16).contains(&called), "{ended} {called}");
+}
+
+/// A label that is given is kept where another line makes it less probable than what gives one, and taken back below four fifths: from
+/// there on it is assumed only.
+#[test]
+fn a_given_label_is_kept_above_four_fifths_and_assumed_below() {
+    let stand = Vector2::new(420.0, 312.0);
+    let line = |name: &str, aside_m: f64| FlightEntry {
+        stand_m: Some(stand + Vector2::new(aside_m, 0.0)),
+        off_block: Some(SimTime::from_s(400.0)),
+        eta_ctd: SimTime::from_s(500.0),
+        ..entry(name, "A320", MovementKind::Departure)
+    };
+    // After a minute the list brings a second departure, so far beside the stand.
+    let run = |aside_m: f64| {
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        let (mut before, mut last) = (None, None);
+        for k in 1..=90_u32 {
+            let t = f64::from(k);
+            let at = stand + drawn(4, 1, 0, k.into()) * 2.5;
+            let mut lines = vec![line("DEP1", 0.0)];
+            lines.extend((k > 60).then(|| line("DEP2", aside_m)));
+            let seen = hard_cases::plot(t - 0.4, 0, at.x, at.y);
+            last = tracker.scan(SimTime::from_s(t), &[seen], &list(lines)).pop();
+            if k == 60 {
+                before.clone_from(&last);
+            }
+        }
+        let (before, last) = (before.expect("stands"), last.expect("stands"));
+        let given = |track: &SystemTrack| track.label.as_ref().map(|l| l.callsign);
+        println!("{aside_m} m: {:?} {:?}", before.label_p, last.label_p);
+        let own = Some(Callsign::new("DEP1"));
+        assert!(given(&before) == own && before.label_p >= Some(0.9), "{:?}", before.label_p);
+        let p = last.label_p.expect("of either");
+        (given(&last) == own, last.assumed == own, p)
+    };
+    let (given, assumed, p) = run(38.0);
+    assert!(given && !assumed && (0.8..0.9).contains(&p), "{given} {assumed} {p}");
+    let (given, assumed, p) = run(20.0);
+    assert!(!given && assumed && (0.55..0.78).contains(&p), "{given} {assumed} {p}");
 }
