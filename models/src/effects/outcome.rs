@@ -310,3 +310,6 @@ impl TrackGain {
         (fixed_m * fixed_m + self.noise_gain * white_m * white_m).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests;

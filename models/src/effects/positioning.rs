@@ -538,3 +538,6 @@ impl Planning {
 pub fn rung(level: Level, loss: Loss) -> Rung {
     Rung { level, loss, cost_ns: 0.0 }
 }
+
+#[cfg(test)]
+mod tests;
