@@ -139,6 +139,41 @@ mod tests {
     }
 
     #[test]
+    fn a_look_is_answered_by_the_rule_of_bayes() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} for {b}");
+        let even = Existence::of(0.5);
+        // Unseen: it is there and was missed in one case of ten, absent in five.
+        close(even.after(1.0, 0.8).there(), 1.0 / 6.0);
+        close(even.after(1.0, 0.8).absent, 5.0 / 6.0);
+        close(even.after(0.25, 0.8).there(), 0.25 / 6.0 + 0.75);
+        close(even.after(0.25, 0.8).absent, 0.25 * 5.0 / 6.0);
+        close(even.after(7.0, 1.5).there(), 0.0);
+        close(even.survived(0.9).there(), 0.45);
+        close(even.survived(0.9).absent, 0.55);
+        close(even.survived(-2.0).there(), 0.0);
+        close(even.survived(2.0).there(), 0.5);
+        close(even.log_miss(0.8), -0.510_825_623_765_990_7);
+        // ln(0.5 · 0.8 · e⁻³ / 10⁻⁶).
+        close(even.log_pair(0.8, -3.0, 1e-6), 9.899_219_826_089_98);
+        close(even.log_pair(5.0, -3.0, 1e-6) - even.log_pair(1.0, -3.0, 1e-6), 0.0);
+        // False plots are never rarer than 10⁻¹² a square metre.
+        close(even.log_pair(0.8, 0.0, 1e-30), even.log_pair(0.8, 0.0, 1e-12));
+        close(Existence::born(0.5, 3e-6, 1e-6).there(), 0.375);
+        close(Existence::born(1.0, 1e-12, 0.0).there(), 0.5);
+        close(Existence::born(1.0, -1.0, 1e-6).there(), 0.0);
+        assert_eq!(Existence::of(2.0).there(), 1.0);
+        // Neither certainty is for ever.
+        assert_eq!(
+            (Existence::of(1.0).absent, Existence::of(1.0).log_miss(1.0)),
+            (1e-16, libm::log(1e-16))
+        );
+        assert_eq!(Existence { there: 1.0, absent: 0.0 }.log_miss(1.0), HARDLY);
+        let impossible = Existence { there: 1.0, absent: 0.0 }.after(0.25, 1.0);
+        assert_eq!(impossible, Existence { there: 0.75, absent: 0.25 });
+        assert_eq!(even.after(0.0, 0.8), Existence { there: 1.0, absent: 1e-16 });
+    }
+
+    #[test]
     fn no_number_leads_to_none() {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
             assert!((0.0..=1.0).contains(&Existence::of(bad).there()), "{bad}");

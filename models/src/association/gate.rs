@@ -79,6 +79,31 @@ mod tests {
     }
 
     #[test]
+    fn what_is_close_to_certain_keeps_its_digits() {
+        // P(χ²₂ ≤ x) is x/2 near zero, and P(χ²₁ ≤ x) √(2x/π).
+        for p in [1e-9, 1e-20, 1e-200] {
+            let found = chi_square_quantile(2, p);
+            assert!((found - 2.0 * p).abs() < 1e-8 * p, "{p}: {found}");
+        }
+        for dof in 1..12 {
+            for x in [0.0, -0.0, -1e-300, -4.0, f64::NEG_INFINITY, f64::NAN] {
+                assert_eq!(chi_square_survival(dof, x), 1.0, "{dof} {x}");
+            }
+            for p in [1e-6, 0.3, 0.5, 0.9, 0.999_999] {
+                let x = chi_square_quantile(dof, p);
+                let back = 1.0 - chi_square_survival(dof, x);
+                assert!((back - p).abs() < 1e-12, "{dof} {p}: {back}");
+            }
+        }
+        for p in [0.0, -0.5, f64::NEG_INFINITY] {
+            assert_eq!(chi_square_quantile(3, p), 0.0);
+        }
+        for (dof, p) in [(0, 0.5), (3, 1.0), (3, 7.0)] {
+            assert_eq!(chi_square_quantile(dof, p), f64::INFINITY);
+        }
+    }
+
+    #[test]
     fn hard_cases_of_the_gate() {
         let look = |nu: Vector2<f64>, s: Sym2| {
             let r = Sym2 { xx: 0.0, xy: 0.0, yy: 0.0 };

@@ -318,6 +318,84 @@ mod tests {
         assert_eq!(whole, [5, 10, 13, 16, 19]);
         grid.runs_near(Vector2::repeat(f64::NAN), high, 500, &mut runs);
         assert!(runs.is_empty());
+        for beside in [Vector2::repeat(f64::NAN), Vector2::new(1e9, 0.0), Vector2::new(0.0, -1e9)] {
+            runs.push(0..1);
+            assert!(
+                !grid.runs_near(low + beside, high + beside, 500, &mut runs) && runs.is_empty()
+            );
+            assert_eq!(grid.at_most(low + beside, high + beside), 0);
+        }
+    }
+
+    #[test]
+    fn a_wide_scene_has_four_cells_a_plot_at_most_and_a_small_one_those_that_were_wished() {
+        let mut grid = Grid::default();
+        for (count, extent) in [(1u32, 0.0), (2, 1e7), (100, 1e6), (1_000, 300.0), (1_000, 30.0)] {
+            let at = |k: u32| f64::from(k) / f64::from(count.max(2) - 1) * extent;
+            let line: Vec<_> = (0..count).map(|k| Vector2::new(at(k), at(k * 7 % count))).collect();
+            grid.fill(&line, 10.0);
+            let cells = grid.starts.len() - 2;
+            assert!(cells <= 4 * count as usize + 16, "{count} {extent}: {cells}");
+            // No wider than what keeps to that: half the cells would not.
+            let halved = (2.0 * extent / grid.cell + 1.0).powi(2);
+            assert!(grid.cell == 10.0 || halved > f64::from(4 * count + 16), "{count} {extent}");
+            assert_eq!(grid.cells(line[0], line[0]), [1, 1]);
+            let all = grid.cells(Vector2::zeros(), Vector2::repeat(extent));
+            assert_eq!(all[0] * all[1], cells, "{count} {extent}");
+            // The fullest cell, counted.
+            let mut per_cell = std::collections::BTreeMap::<usize, usize>::new();
+            for p in &line {
+                *per_cell.entry(grid.cell_at(*p).0).or_default() += 1;
+            }
+            assert_eq!(per_cell.values().max(), Some(&(grid.fullest as usize)), "{count} {extent}");
+            assert_eq!(grid.at_most(line[0], line[0]), grid.fullest as usize);
+        }
+    }
+
+    #[test]
+    fn the_order_within_a_cell_weaves_both_axes() {
+        let mut grid = Grid::default();
+        grid.fill(&[Vector2::zeros(), Vector2::new(16.0, 16.0)], 16.0);
+        let code = |x: f64, y: f64| grid.cell_at(Vector2::new(x, y));
+        // The highest bits are the quarters of the cell: east one, north two.
+        assert_eq!(code(0.0, 0.0), (0, 0));
+        assert_eq!(code(8.0, 0.0), (0, 1 << 30));
+        assert_eq!(code(0.0, 8.0), (0, 2 << 30));
+        assert_eq!(code(12.0, 4.0), (0, (1 << 30) + (0b11 << 28)));
+        // The lowest is a 65 536th.
+        assert_eq!(code(16.0 / 65_536.0, 0.0), (0, 1));
+        assert_eq!(code(0.0, 3.0 * 16.0 / 65_536.0), (0, 0b1010));
+        assert_eq!((code(16.0, 0.0).0, code(0.0, 16.0).0, code(20.0, 20.0).0), (1, 2, 3));
+    }
+
+    #[test]
+    fn of_a_crowd_every_so_many_are_visited() {
+        let mut grid = Grid::default();
+        let spread: Vec<_> =
+            (0..900).map(|k| Vector2::new(f64::from(k % 30), f64::from(k / 30))).collect();
+        grid.fill(&spread, 1.0);
+        let visited = |low: Vector2<f64>, high: Vector2<f64>, most: usize| {
+            let mut seen = Vec::new();
+            grid.visit_near(low, high, most, &mut Vec::new(), |i| seen.push(i));
+            seen
+        };
+        let (low, high) = (Vector2::repeat(-1.0), Vector2::repeat(40.0));
+        assert_eq!(visited(low, high, 900).len(), 900);
+        for most in [1, 7, 50, 200] {
+            let seen = visited(low, high, most);
+            assert!(!seen.is_empty() && seen.len() <= most, "{most}: {}", seen.len());
+            let distinct: std::collections::BTreeSet<_> = seen.iter().collect();
+            assert_eq!(distinct.len(), seen.len());
+            // About the middle of the box.
+            let far = seen.iter().map(|&i| (spread[i] - Vector2::repeat(19.5)).amax());
+            let half = (most as f64).sqrt().max(3.0);
+            assert!(far.fold(0.0, f64::max) <= half, "{most}: {seen:?}");
+        }
+        // All in one cell: every fifth.
+        grid.fill(&vec![Vector2::new(3.0, 4.0); 500], 25.0);
+        let mut seen = Vec::new();
+        grid.visit_near(low, high, 100, &mut Vec::new(), |i| seen.push(i));
+        assert_eq!(seen, (0..500).step_by(5).collect::<Vec<_>>());
     }
 
     #[test]

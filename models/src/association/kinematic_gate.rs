@@ -353,6 +353,80 @@ mod tests {
         }
     }
 
+    /// A set is known by how far it reaches in every direction: a hull as far as the nine ends that it is of.
+    #[test]
+    fn the_hull_reaches_as_far_as_the_nine_motions_in_every_direction() {
+        for (speed, dt) in [
+            (20.0, 2.0),
+            (1.0, 1.0),
+            (6.0, 4.0),
+            (94.0, 1.0),
+            (120.0, 2.0),
+            (40.0, 9.0),
+            (3.0, 0.4),
+        ] {
+            let fastest = (speed + 3.0 * dt).min(95.0);
+            let turn = [0.35, 2.5 / speed, fastest / 15.0, std::f64::consts::PI / (2.0 * dt)];
+            let turn = turn.into_iter().fold(f64::INFINITY, f64::min);
+            let mut ends = Vec::new();
+            for a in [-4.5, 0.0, 3.0] {
+                ends.extend(
+                    [-turn, 0.0, turn].map(|rate| integrate(speed, a, rate, dt, speed.max(95.0))),
+                );
+            }
+            let set = ReachableSet::new(&JET, speed, dt);
+            let vertices = set.vertices();
+            let reach = |points: &[Vector2<f64>], d: Vector2<f64>| {
+                points.iter().map(|p| p.dot(&d)).fold(f64::NEG_INFINITY, f64::max)
+            };
+            for k in 0..720 {
+                let (sin, cos) = libm::sincos(f64::from(k) * 0.5_f64.to_radians());
+                let (found, expected) =
+                    (reach(vertices, Vector2::new(cos, sin)), reach(&ends, Vector2::new(cos, sin)));
+                assert!(
+                    (found - expected).abs() < 1e-4,
+                    "{speed} {dt} {k}: {found} for {expected}"
+                );
+            }
+            // Counter-clockwise, with no vertex on the line between its neighbours.
+            let at = |k: usize| vertices[k % vertices.len()];
+            for k in 0..vertices.len() {
+                let (one, two) = (at(k + 1) - at(k), at(k + 2) - at(k + 1));
+                assert!(one.x * two.y - one.y * two.x > 0.0, "{speed} {dt}: {vertices:?}");
+            }
+            // From every place outside, the gap is the way to the nearest place of the border.
+            for k in 0..60 {
+                let (sin, cos) = libm::sincos(f64::from(k) * 6.0_f64.to_radians());
+                let point = at(0) * 0.5 + Vector2::new(cos, sin) * (300.0 + 20.0 * speed * dt);
+                let border = (0..vertices.len()).flat_map(|v| {
+                    (0..=1000).map(move |s| at(v).lerp(&at(v + 1), f64::from(s) * 1e-3))
+                });
+                let nearest = border.map(|b| (point - b).norm()).fold(f64::INFINITY, f64::min);
+                let gap = set.from_nearest(point).norm();
+                assert!(
+                    gap <= nearest + 1e-9 && gap > nearest - 0.05,
+                    "{speed} {dt} {k}: {gap} {nearest}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_hardly_moves_reaches_a_disc() {
+        // From standing ½ a t², at most what the class does in the time.
+        for (speed, dt, radius) in
+            [(0.0, 2.0, 6.0), (0.5, 2.0, 7.0), (0.99, 0.0, 0.0), (0.0, 100.0, 9_500.0)]
+        {
+            let set = ReachableSet::new(&JET, speed, dt);
+            assert_eq!(set, ReachableSet::Disc { radius_m: radius }, "{speed} {dt}");
+            assert!(set.vertices().is_empty());
+            let gap = set.from_nearest(Vector2::new(-0.6, 0.8) * (radius + 5.0));
+            assert!((gap - Vector2::new(-3.0, 4.0)).norm() < 1e-9, "{gap}");
+            assert_eq!(set.from_nearest(Vector2::new(radius, 0.0)), Vector2::zeros());
+        }
+        assert!(matches!(ReachableSet::new(&JET, 1.0, 1.0), ReachableSet::Hull { .. }));
+    }
+
     #[test]
     fn hard_cases_of_the_reachable_set() {
         for (name, speed, dt) in [

@@ -68,3 +68,53 @@ impl Budget {
 
 /// Rungs whose update takes no more evaluations than this are never merged.
 pub(super) const MERGED_ABOVE: u64 = 30;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(whole: u64, spent: u64, update: u64) -> Budget {
+        Budget { whole, spent, update, gate: 0 }
+    }
+
+    #[test]
+    fn a_scan_of_so_many_milliseconds_is_a_hundred_thousand_evaluations_each() {
+        let mut config = TrackingConfig::default();
+        for (scan_budget_ms, whole) in
+            [(1.0, 100_000), (50.0, 5_000_000), (-3.0, 0), (1e9, 100_000_000_000)]
+        {
+            config.scan_budget_ms = scan_budget_ms;
+            let budget = Budget::new(&config);
+            assert_eq!((budget.left_of(1.0), budget.spent()), (whole, 0));
+            // A gate is a sixth of an update, or a little more.
+            let (gate, update) = (budget.gate(), budget.update());
+            assert_eq!(update, config.filter.rung.declared().cost);
+            assert!(6 * gate >= update && 6 * gate < update + 6, "{gate} {update}");
+        }
+    }
+
+    #[test]
+    fn what_is_left_is_of_a_share_and_never_less_than_nothing() {
+        let mut budget = of(1_000, 0, 10);
+        budget.spend(300);
+        budget.spend(50);
+        assert_eq!((budget.spent(), budget.left_of(1.0), budget.left_of(0.5)), (350, 650, 150));
+        assert_eq!(budget.left_of(0.25), 0);
+        budget.spend(u64::MAX);
+        assert_eq!((budget.spent(), budget.left_of(1.0)), (u64::MAX, 0));
+        budget.begin();
+        assert_eq!(budget.left_of(1.0), 1_000);
+    }
+
+    #[test]
+    fn so_many_tracks_are_borne_as_leave_half_of_it() {
+        // An update of 40 is 130 in all: a gate, two updates and a half.
+        assert!(
+            of(2_600, 0, 40).bears(10)
+                && !of(2_599, 0, 40).bears(10)
+                && !of(2_600, 0, 40).bears(11)
+        );
+        assert!(of(0, 0, 40).bears(0) && !of(u64::MAX, 0, u64::MAX / 8).bears(usize::MAX));
+        assert!(!of(1, 0, MERGED_ABOVE).dear() && of(1, 0, MERGED_ABOVE + 1).dear());
+    }
+}

@@ -76,5 +76,23 @@ mod tests {
             places.learn(place_of(SensorId(1), far), true);
         }
         assert_eq!(places.counts.len(), MOST_PLACES);
+        // Those that are kept go on to learn.
+        let first = place_of(SensorId(1), Vector2::new(0.0, f64::from(u32::MAX) * 1e6));
+        let before = places.detection(&first, 0.5);
+        places.learn(first, false);
+        assert!(places.detection(&first, 0.5) < before);
+    }
+
+    #[test]
+    fn what_is_stated_counts_for_ten_looks() {
+        let mut places = Places::default();
+        let place = place_of(SensorId(1), Vector2::new(-1.0, 100.0));
+        assert_eq!(place, (SensorId(1), [-1, 1]));
+        for seen in [true, true, false, true] {
+            places.learn(place, seen);
+        }
+        assert_eq!(places.detection(&place, 0.8), 11.0 / 14.0);
+        let [never, always] = [0.0, 1.0].map(|stated| Places::default().detection(&place, stated));
+        assert_eq!((never, always), (0.01, 0.999));
     }
 }

@@ -187,6 +187,71 @@ mod tests {
         assert!(mean.abs() < libm::log(1.2), "{mean}");
     }
 
+    /// By hand: three plots of equal distance, then a fourth.
+    #[test]
+    fn a_triple_shows_the_square_of_its_bend_over_six() {
+        let mut spread = Spread::default();
+        assert_eq!((spread.variance_m2(), spread.lately_m2()), (None, None));
+        let plots = [(0.0, 0.0, 0.0), (1.0, 13.0, 0.0), (2.0, 20.0, 6.0), (3.0, 30.0, 6.0)];
+        let plots = plots.map(|(t, x, y)| plot_at(t, x, y, 4.0));
+        assert_eq!((plots[0].axis, plots[0].along_m2), (Vector2::x(), 4.0));
+        for plot in &plots[..3] {
+            spread.learn(plot, 1.0);
+        }
+        // Bends −6 and 6: 6 m² either way of 4 m² stated.
+        assert_eq!(spread.variance_m2(), Some((6.0, 1.0)));
+        assert_eq!(spread.lately_m2(), Some((6.0, 1.0)));
+        assert_eq!(spread.factors(&plots[0]), [(6.0 + 48.0) / 52.0; 2]);
+        // Bends 3 and −6: 1.5 and 6 m²; of what was there 0.98 are kept, of what was lately 0.89.
+        spread.learn(&plots[3], 1.0);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} for {b}");
+        let (mean, triples) = spread.variance_m2().expect("seen");
+        close(triples, 1.98);
+        close(mean, 0.5 * (5.88 + 1.5 + 5.88 + 6.0) / 1.98);
+        let (mean, triples) = spread.lately_m2().expect("seen");
+        close(triples, 1.89);
+        close(mean, (0.89 * 6.0 + 3.75) / 1.89);
+        let [along, across] = spread.factors(&plots[0]);
+        close(along, (5.88 + 1.5 + 48.0) / (7.92 + 48.0));
+        close(across, (5.88 + 6.0 + 48.0) / (7.92 + 48.0));
+        // A ratio has its limits, and what states nothing has none.
+        spread.seen = [0.0, 1e9];
+        spread.stated = [1e9, 4.0];
+        assert_eq!(spread.factors(&plots[0]), [LEAST, MOST]);
+        let nothing = Plot { along_m2: 0.0, across_m2: f64::NAN, ..plots[0] };
+        assert_eq!(Spread::default().factors(&nothing), [1.0, 1.0]);
+        // Plots without an error across, and those of no radar, show nothing.
+        let mut spread = Spread::default();
+        for plot in &plots {
+            let bearingless = Plot { across_m2: f64::NAN, ..*plot };
+            spread.learn(&bearingless, 1.0);
+        }
+        assert_eq!(spread.variance_m2(), None);
+    }
+
+    #[test]
+    fn sizes_and_variances_are_one_law_read_both_ways() {
+        for (length, span) in [(3.0, 4.0), (30.0, 40.0), (60.0, 60.0)] {
+            let diagonal = libm::hypot(length, span);
+            assert!((diagonal_m(plot_variance_m2(length, span)) - diagonal).abs() < 1e-9);
+        }
+        assert!((plot_variance_m2(30.0, 40.0) - 6.62).abs() < 1e-12);
+        assert_eq!((diagonal_m(0.12), diagonal_m(-5.0)), (0.0, 0.0));
+        assert_eq!((near_side_m2(None), near_side_m2(Some(0.01))), (3.6, 0.0));
+        assert!((near_side_m2(Some(1.12)) - 0.82).abs() < 1e-12);
+        // Likeliest is the size that shows just that, and one e-fold off is less likely by ½/σ².
+        let seen = plot_variance_m2(30.0, 40.0);
+        assert_eq!(ln_density(seen, 8.0, 30.0, 40.0), 0.0);
+        let off = ln_density(seen * std::f64::consts::E, 8.0, 30.0, 40.0);
+        assert!((off + 0.5 / (0.5 + 0.35 * 0.35)).abs() < 1e-9, "{off}");
+        let off = ln_density(seen / std::f64::consts::E, 0.0, 30.0, 40.0);
+        assert!((off + 0.5 / (40.0 + 0.35 * 0.35)).abs() < 1e-9, "{off}");
+        assert_eq!(ln_density(0.0, 8.0, 30.0, 40.0), ln_density(1e-3, 8.0, 30.0, 40.0));
+        // Of a hundred targets a hundred are of some kind.
+        let shares: f64 = CLASSES.iter().map(|(_, share)| share).sum();
+        assert!((shares - 1.0).abs() < 1e-9);
+    }
+
     /// One plot half a kilometre off, among forty: it counts for no more than six deviations of the widest that is believed.
     #[test]
     fn one_wild_plot_is_no_property_of_the_target() {

@@ -116,7 +116,81 @@ pub(super) const FEW_ROWS: usize = 8;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fusion::config::TrackingConfig;
     use crate::plot::{SensorId, SensorKind};
+
+    #[test]
+    fn a_cluster_is_exact_within_the_limit_of_states_and_an_eighth_of_the_budget() {
+        let of = |tracks: u32, plots: u32| {
+            let pairs = (0..tracks).flat_map(|track| (0..plots).map(move |plot| (track, plot)));
+            let nis = Nis { d2: 0.0, det: 1.0, dof: 2 };
+            let pairs: Vec<_> =
+                pairs.map(|(track, plot)| Pair { track: 3 * track, plot: 2 * plot, nis }).collect();
+            let mut local = Local::default();
+            local.fill(&pairs);
+            assert_eq!(
+                local.place(&pairs[pairs.len() - 1]),
+                (tracks as usize - 1, plots as usize - 1)
+            );
+            assert_eq!((local.tracks.len(), local.plots.len()), (tracks as usize, plots as usize));
+            local
+        };
+        // Five tracks and four plots: 80 states, 160 evaluations.
+        assert_eq!((exact_cost(5, 4), exact_cost(1, 64)), (160, u64::MAX / 2));
+        let mut config = TrackingConfig { scan_budget_ms: 0.0128, ..TrackingConfig::default() };
+        let budget = Budget::new(&config);
+        assert_eq!(budget.left_of(0.5), 640);
+        assert!(of(5, 4).is_exact(80, &budget) && !of(5, 4).is_exact(79, &budget));
+        config.scan_budget_ms = 0.01278;
+        assert!(!of(5, 4).is_exact(80, &Budget::new(&config)));
+        config.scan_budget_ms = 1e6;
+        assert!(!of(1, 64).is_exact(usize::MAX, &Budget::new(&config)));
+    }
+
+    #[test]
+    fn weights_are_those_of_the_textbook() {
+        let model = SensorModel {
+            detection: 0.9,
+            false_density_m2: 1e-5,
+            ..SensorModel::default_of(SensorId(1), SensorKind::Asde)
+        };
+        let weights = Weights::new(&model, 0.99);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} for {b}");
+        close(weights.log_miss, libm::log(1.0 - 0.9 * 0.99));
+        close(weights.log_hit, libm::log(0.9e5));
+        // One axis of variance 4 at one deviation: the density of a normal distribution there.
+        let density = libm::exp(-0.5) / (2.0 * std::f64::consts::PI * 4.0).sqrt();
+        close(weights.log_like(&Nis { d2: 1.0, det: 4.0, dof: 1 }), libm::log(0.9e5 * density));
+        let both = Nis { d2: 1.0, det: 4.0, dof: 2 };
+        close(
+            weights.gain(&both),
+            libm::log(0.9e5 * libm::exp(-0.5) / (4.0 * std::f64::consts::PI) / 0.109),
+        );
+        let pair = |track| Pair { track, plot: 0, nis: both };
+        assert_eq!([0, 1, 2].map(|t| shift_of(&[0.5, -2.0], &pair(t))), [0.5, -2.0, 0.0]);
+        // Nothing is certain.
+        let sure = SensorModel { detection: 1.0, false_density_m2: 0.0, ..model };
+        let weights = Weights::new(&sure, 1.0);
+        close(weights.log_miss, libm::log(1e-6));
+        close(weights.log_hit, libm::log(1e15 * (1.0 - 1e-6)));
+        let blind =
+            Weights::new(&SensorModel { detection: 0.0, false_density_m2: 1e9, ..model }, 7.0);
+        close(blind.log_hit, libm::log(1e-9));
+        close(blind.log_miss, -1e-6);
+    }
+
+    #[test]
+    fn a_cluster_is_listed_by_row_and_column_with_its_gains() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let weights = Weights::new(&model, 0.999);
+        let nis = Nis { d2: 1.0, det: 4.0, dof: 2 };
+        let pairs = [(4, 9), (4, 7), (6, 9)].map(|(track, plot)| Pair { track, plot, nis });
+        let mut local = Local::default();
+        local.fill(&pairs);
+        local.list(&pairs, &weights, &[0.0, 0.0, 0.0, 0.0, 0.25]);
+        let edge = |row, column, more| Edge { row, column, gain: weights.gain(&nis) + more };
+        assert_eq!(local.edges, [edge(0, 1, 0.25), edge(0, 0, 0.25), edge(1, 1, 0.0)]);
+    }
 
     /// What is said without a logarithm is never said in vain, and hardly ever left unsaid: a determinant is within a factor
     /// of two of the power that stands for it.

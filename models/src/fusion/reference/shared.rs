@@ -236,3 +236,129 @@ fn posterior(
     let log = 0.5 * (square - ln_det);
     log.is_finite().then_some((log, mean, covariance))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+    use nalgebra::{DMatrix, DVector};
+
+    fn one_site() -> Shared {
+        Shared::new(vec![(SensorId(4), Some(Vector2::new(1.0, 2.0)))], &EchoLaw::default())
+    }
+
+    /// What targets say of five parameters: three errors of a site, that go together a little, and two of echoes.
+    fn said() -> (DMatrix<f64>, DVector<f64>) {
+        let a = DMatrix::from_fn(7, 5, |i, j| ((i * 5 + j * j + 3 * i * j) % 7) as f64 - 3.0);
+        let unit = DVector::from_vec(vec![2.0, 0.7, 0.05, 0.5, 3.0]);
+        let a = a * DMatrix::from_diagonal(&unit);
+        (a.transpose() * &a, a.transpose() * DVector::from_fn(7, |i, _| 1.3 - 0.4 * i as f64))
+    }
+
+    #[test]
+    fn errors_of_a_site_are_the_mean_over_all_choices_of_them_by_their_evidence() {
+        let (information, vector) = said();
+        let mut shared = one_site();
+        shared.learn(information.transpose().as_slice(), vector.as_slice());
+        let (mut sum, mut mean, mut square) = (0.0, DVector::zeros(5), DMatrix::zeros(5, 5));
+        for choice in 0..8 {
+            // What is not there has a prior of next to no width.
+            let prior =
+                DVector::from_fn(
+                    5,
+                    |k, _| {
+                        if k >= 3 || choice >> k & 1 == 1 { 1.0 } else { 1e-14 }
+                    },
+                );
+            let precision = DMatrix::from_diagonal(&prior.map(|v| 1.0 / v)) + &information;
+            let covariance = precision.clone().try_inverse().expect("regular");
+            let own = &covariance * &vector;
+            // Evidence: exp(½ yᵀ(P⁻¹ + Λ)⁻¹y) / √(det P det(P⁻¹ + Λ)).
+            let factor = (precision.determinant() * prior.product()).sqrt();
+            let weight = libm::exp(0.5 * vector.dot(&own)) / factor;
+            sum += weight;
+            mean += &own * weight;
+            square += (covariance + &own * own.transpose()) * weight;
+        }
+        mean /= sum;
+        square = square / sum - &mean * mean.transpose();
+        for i in 0..5 {
+            let (found, expected) = (shared.estimate[i], mean[i]);
+            assert!((found - expected).abs() < 1e-6, "{i}: {found} for {expected}");
+            for j in 0..5 {
+                let (found, expected) = (shared.covariance[5 * i + j], square[(i, j)]);
+                assert!((found - expected).abs() < 1e-6, "{i} {j}: {found} for {expected}");
+            }
+        }
+        let of = shared.found(1);
+        assert!((of.sigma - 2e-3 * square[(1, 1)].sqrt()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_not_known_to_half_its_prior_is_not_applied() {
+        let mut shared = one_site();
+        assert_eq!(
+            (shared.count(), shared.site(SensorId(4)), shared.site(SensorId(5))),
+            (5, Some(0), None)
+        );
+        assert_eq!(shared.site_m(SensorId(4)), Some(Vector2::new(1.0, 2.0)));
+        for k in 0..5 {
+            shared.estimate[k] = 0.5;
+            for j in 0..5 {
+                shared.covariance[5 * k + j] =
+                    if k == j { [0.24, 0.26, 0.01, 1.0, 0.25][k] } else { 0.005 };
+            }
+        }
+        let known = [true, false, true, false, false];
+        let law = EchoLaw::default();
+        let mean = [0.0, 0.0, 0.0, law.aircraft.length, law.vehicle.length];
+        let unit = [3.0, 2e-3, 0.2, 0.02, 0.1];
+        for i in 0..5 {
+            let found = shared.found(i);
+            assert_eq!((found.known, shared.unit(i)), (known[i], (unit[i], mean[i])), "{i}");
+            assert_eq!(shared.applied(i), if known[i] { 0.5 } else { 0.0 });
+            let value = if known[i] { 0.5 * unit[i] } else { mean[i] };
+            assert!((found.value - value).abs() < 1e-12, "{i}: {}", found.value);
+            for j in 0..5 {
+                let both = known[i] && known[j];
+                let own = shared.covariance[5 * i + j];
+                assert_eq!(
+                    shared.applied_covariance(i, j),
+                    if both { own } else { 0.0 },
+                    "{i} {j}"
+                );
+            }
+        }
+        let site = shared.sites()[0];
+        assert_eq!(
+            (site.sensor, site.range_m.known, site.azimuth_rad.known),
+            (SensorId(4), true, false)
+        );
+        assert!((site.time_s.value - 0.1).abs() < 1e-12);
+        // What says nonsense teaches nothing.
+        let before = shared.estimate.clone();
+        shared.learn(&[f64::NAN; 25], &[1.0; 5]);
+        assert_eq!(shared.estimate, before);
+    }
+
+    #[test]
+    fn lines_of_sight_meet_where_the_radar_stands_unless_they_are_one() {
+        let site = Vector2::new(-40.0, 700.0);
+        let seen = |degrees: f64| {
+            let (sin, cos) = libm::sincos(degrees.to_radians());
+            let axis = Vector2::new(cos, sin);
+            let at = site + axis * (300.0 + 7.0 * degrees);
+            Plot { axis, ..plot_at(0.0, at.x, at.y, 1.0) }
+        };
+        for spread in [4.0, 20.0, 90.0, 179.0] {
+            let plots: Vec<_> = (0..9).map(|k| seen(30.0 + spread * f64::from(k) / 8.0)).collect();
+            // The mean square of the sine about their middle: 1.4° are too little to tell.
+            match meeting_m(plots.iter()) {
+                Some(found) => assert!((found - site).norm() < 1e-6, "{spread}: {found}"),
+                None => assert!(spread < 7.0, "{spread}"),
+            }
+            assert_eq!(meeting_m(plots.iter()).is_some(), spread > 7.0, "{spread}");
+        }
+        assert_eq!(meeting_m([].iter()), None);
+    }
+}

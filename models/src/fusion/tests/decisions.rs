@@ -45,9 +45,9 @@ fn refused_plots_begin_a_state_again_only_in_successive_looks() {
             let seen = (k == 13 || k == 13 + gap_s).then(|| plot(t - 0.5, 0, 100.0, 95.0));
             tracker.scan(SimTime::from_s(t), seen.as_slice(), &list);
         }
-        tracker.statistics().restarts
+        (tracker.statistics().restarts, tracker.statistics().refused)
     };
-    assert_eq!([1, 2, 3, 4].map(restarts), [1, 1, 0, 0]);
+    assert_eq!([1, 2, 3, 4].map(restarts), [(1, 2), (1, 2), (0, 2), (0, 2)]);
 }
 
 /// What stands is where it was: two plots of another one beside it, which is seen when it is not, begin nothing again.
@@ -92,4 +92,44 @@ fn a_plot_is_used_up_by_what_all_tracks_claim_of_it() {
     };
     assert_eq!([[0.2, 0.25], [0.24, 0.25]].map(used), [false; 2]);
     assert_eq!([[0.26, 0.25], [0.3, 0.3], [0.45, 0.4]].map(used), [true; 3]);
+}
+
+/// Who else follows a track, and how lately.
+#[test]
+fn another_sensor_follows_a_track_while_its_plots_are_recent() {
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    for k in 1..=5 {
+        let t = f64::from(k);
+        tracker.scan(SimTime::from_s(t), &[plot(t - 0.5, 0, 8.0 * t, 0.0)], &FlightList::default());
+    }
+    let (track, own) = (&tracker.tracks[0], plot(0.0, 0, 0.0, 0.0).sensor);
+    let other = SensorId(own.0 + 1);
+    let follows = |sensor, at_s| track.has_other_than(sensor, SimTime::from_s(at_s), 3.0);
+    assert_eq!([4.5, 7.5, 7.6].map(|t| follows(other, t)), [true, true, false]);
+    assert!(!follows(own, 4.5));
+}
+
+/// What was a second ago is published where it is asked for, of all that were published then.
+#[test]
+fn a_second_ago_is_told_of_what_was_published_then_and_only_if_asked_for() {
+    for asked in [true, false] {
+        let mut tracker =
+            Tracker::new(TrackingConfig { second_ago: asked, ..TrackingConfig::paper() });
+        let mut told = Vec::new();
+        for k in 1..=9 {
+            let t = f64::from(k);
+            let tracks = tracker.scan(
+                SimTime::from_s(t),
+                &[plot(t - 0.5, 0, 8.0 * t, 0.0)],
+                &FlightList::default(),
+            );
+            told.extend(tracks.iter().map(|t| (t.first, t.second_ago.map(|ago| ago.time))));
+        }
+        assert!(told.len() > 3 && told[0] == (true, None), "{told:?}");
+        let first = 9 - told.len() + 1;
+        for (n, (again, then)) in told.iter().enumerate().skip(1) {
+            let before = SimTime::from_s((first + n - 1) as f64);
+            assert_eq!((*again, *then), (false, asked.then_some(before)), "{asked} {n}");
+        }
+    }
 }
