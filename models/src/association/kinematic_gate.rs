@@ -365,7 +365,7 @@ mod tests {
             (40.0, 9.0),
             (3.0, 0.4),
         ] {
-            let fastest = (speed + 3.0 * dt).min(95.0);
+            let fastest = f64::min(speed + 3.0 * dt, 95.0);
             let turn = [0.35, 2.5 / speed, fastest / 15.0, std::f64::consts::PI / (2.0 * dt)];
             let turn = turn.into_iter().fold(f64::INFINITY, f64::min);
             let mut ends = Vec::new();

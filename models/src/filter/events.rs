@@ -524,4 +524,68 @@ mod tests {
             );
         }
     }
+
+    /// The old acceleration until a moment, the new one after it, for every moment of the interval.
+    #[test]
+    fn a_change_at_any_moment_has_the_moments_of_all_moments() {
+        for (t, before, sigma) in
+            [(1.0, 0.0, 2.0), (2.0, 3.0, 0.0), (0.5, -1.5, 1.2), (3.0, 2.0, 1.0)]
+        {
+            let steps = 20_000;
+            let (mut mean, mut square) = ([0.0; 3], [[0.0; 3]; 3]);
+            for k in 0..steps {
+                let (chance, u) =
+                    (1.0 / f64::from(steps), t * (f64::from(k) + 0.5) / f64::from(steps));
+                let (left, old, new) = (t - u, before, sigma);
+                let of_old = [old * u * (0.5 * u + left), old * u, 0.0];
+                let of_new = [new * 0.5 * left * left, new * left, new];
+                for i in 0..3 {
+                    mean[i] += chance * of_old[i];
+                    for j in 0..3 {
+                        square[i][j] += chance * (of_old[i] * of_old[j] + of_new[i] * of_new[j]);
+                    }
+                }
+            }
+            let moments = change_moments(t, before);
+            let noise = moments.noise(sigma);
+            for (n, (i, j)) in
+                [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
+            {
+                assert!((moments.mean[i] - mean[i]).abs() < 1e-6, "{t} {before} {i}");
+                let expected = square[i][j] - mean[i] * mean[j];
+                assert!(
+                    (noise[n] - expected).abs() < 1e-6,
+                    "{t} {before} {sigma} {i} {j}: {} {expected}",
+                    noise[n]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_new_acceleration_is_along_the_course_or_across_it_or_round_where_there_is_none() {
+        let model = EventModel { sigma_a_ms2: 2.0, sigma_beside_ms2: 0.5, ..EventModel::default() };
+        let of = |east: f64, north: f64| {
+            let mut state = Gaussian::default();
+            state.x[1] = Pair::new(east, north);
+            model.new_accelerations(&state)
+        };
+        let close = |a: [f64; 3], b: [f64; 3]| {
+            assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?} for {b:?}");
+        };
+        for (east, north) in
+            [(0.0, 0.0), (2.0, 0.0), (-1.2, 1.6), (f64::NAN, 1.0), (f64::INFINITY, 0.0)]
+        {
+            let (round, count) = of(east, north);
+            assert_eq!((round[0], count), ([4.0, 0.0, 4.0], 1), "{east} {north}");
+        }
+        let ([along, across], count) = of(0.0, -9.0);
+        assert_eq!(count, 2);
+        close(along, [0.25, 0.0, 4.0]);
+        close(across, [4.0, 0.0, 0.25]);
+        // North-east: half of each, and what they have together.
+        let ([along, across], _) = of(5.0, 5.0);
+        close(along, [2.125, 1.875, 2.125]);
+        close(across, [2.125, -1.875, 2.125]);
+    }
 }

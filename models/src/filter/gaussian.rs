@@ -850,3 +850,6 @@ pub(super) fn predict_axes(x: &[Pair; 3], p: &[Pair; 6], step: &Step) -> ([Pair;
 pub(super) fn quadratic(s: Sym2, u: Vector2<f64>) -> f64 {
     s.xx * u.x * u.x + 2.0 * s.xy * u.x * u.y + s.yy * u.y * u.y
 }
+
+#[cfg(test)]
+mod tests;

@@ -319,6 +319,38 @@ const SHARPEST_COSINE: f64 = -0.5;
 mod tests {
     use super::*;
 
+    /// Arcs between places that a file does not have, or of one place, lead nowhere.
+    #[test]
+    fn arcs_of_no_places_make_no_way() {
+        use crate::airport::{Edge as Between, Hold, Node};
+        let node = |x: f64| Node {
+            name: String::new(),
+            position_m: Vector2::new(x, 0.0),
+            hold: Hold::None,
+        };
+        let between = |from, to| Between {
+            from,
+            to,
+            two_way: true,
+            runway: false,
+            name: String::new(),
+            width_m: 20.0,
+        };
+        let ways = |edges: Vec<Between>| {
+            let airport =
+                Airport { nodes: vec![node(0.0), node(100.0)], edges, ..Airport::default() };
+            Network::of_airport(&airport).edges.len()
+        };
+        assert_eq!(ways(vec![between(0, 1)]), 2);
+        for (from, to) in [(0, 2), (2, 0), (7, 9), (1, 1)] {
+            assert_eq!(ways(vec![between(0, 1), between(from, to)]), 2, "{from} {to}");
+            assert_eq!(ways(vec![between(from, to)]), 0, "{from} {to}");
+        }
+        // Twice the same, and one way.
+        assert_eq!(ways(vec![between(0, 1), between(1, 0), between(0, 1)]), 2);
+        assert_eq!(ways(vec![Between { two_way: false, ..between(0, 1) }]), 1);
+    }
+
     #[test]
     fn a_route_is_continuous_and_its_foot_points_are_nearest() {
         let route = Route::from_course(Vector2::new(10.0, 20.0), 0.3)

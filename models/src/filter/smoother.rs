@@ -150,6 +150,23 @@ mod tests {
         }
     }
 
+    /// A loop says nothing across: as good as a plot with next to no weight there.
+    #[test]
+    fn a_plot_along_one_line_is_smoothed_as_one_that_is_vague_across() {
+        let motion = Motion::ConstantAcceleration { q: 0.5 };
+        let smoothed = |across_m2: f64| {
+            let mut plots = random_plots(30, 7);
+            plots.iter_mut().skip(2).step_by(4).for_each(|plot| plot.across_m2 = across_m2);
+            smooth(&plots, motion, Start::default()).expect("sound plots")
+        };
+        for (line, vague) in smoothed(f64::INFINITY).iter().zip(&smoothed(1e11)) {
+            assert!((line.position_m() - vague.position_m()).norm() < 1e-4);
+            let covariance = vague.state.covariance();
+            assert!((line.state.covariance() - covariance).amax() < 1e-4 * covariance.amax());
+        }
+        assert!(smooth(&[], motion, Start::default()).is_err());
+    }
+
     #[test]
     fn a_model_without_acceleration_is_smoothed_too() {
         // P⁻ is singular here: an inverse would fail.

@@ -452,6 +452,54 @@ mod tests {
     use crate::filter::testing::plot_at;
     use crate::filter::{FilterConfig, Rung};
 
+    /// Gains of the textbook's filter that has run for long; of nothing that moves there is nothing to correct.
+    #[test]
+    fn steady_gains_are_those_of_a_filter_that_has_run_for_long() {
+        let run = |n: usize, lambda: f64| {
+            let f = nalgebra::Matrix3::new(1.0, 1.0, 0.5, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0);
+            let q = if n == 3 {
+                [1.0 / 20.0, 1.0 / 8.0, 1.0 / 6.0, 1.0 / 3.0, 0.5, 1.0]
+            } else {
+                [1.0 / 3.0, 0.5, 0.0, 1.0, 0.0, 0.0]
+            };
+            let q = nalgebra::Matrix3::new(q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5]);
+            let (mut p, mut k) = (nalgebra::Matrix3::identity(), nalgebra::Vector3::zeros());
+            if n == 2 {
+                p[(2, 2)] = 0.0;
+            }
+            for _ in 0..40_000 {
+                p = f * p * f.transpose() + q * lambda;
+                k = p.column(0) / (p[(0, 0)] + 1.0);
+                p -= k * p.row(0);
+                p = (p + p.transpose()) * 0.5;
+            }
+            k
+        };
+        for lambda in [1e-6, 1e-3, 0.3, 5.0, 1e3, 1e6] {
+            let (found, expected) = (alpha_beta_gamma(lambda), run(3, lambda));
+            for i in 0..3 {
+                assert!(
+                    (found[i] - expected[i]).abs() < 1e-5 * expected[i],
+                    "{lambda} {i}: {found:?} for {expected}"
+                );
+            }
+            let (found, expected) = (alpha_beta(lambda), run(2, lambda));
+            for i in 0..2 {
+                assert!(
+                    (found[i] - expected[i]).abs() < 1e-5 * expected[i],
+                    "{lambda} {i}: {found:?} for {expected}"
+                );
+            }
+        }
+        for lambda in [0.0, -1.0, f64::NEG_INFINITY, f64::NAN] {
+            assert_eq!(
+                (alpha_beta_gamma(lambda), alpha_beta(lambda)),
+                ([0.0; 3], [0.0; 2]),
+                "{lambda}"
+            );
+        }
+    }
+
     /// One sensor: deviation of its plots, m; its interval and its first plot, s.
     type Told = (f64, f64, f64);
 

@@ -346,6 +346,32 @@ mod tests {
     use crate::filter::six_state::SixState;
     use crate::filter::testing::random_plots;
 
+    /// A plot far from where it was expected is taken as one of a manoeuvre.
+    #[test]
+    fn what_surprises_is_a_manoeuvre() {
+        let plots = random_plots(20, 5);
+        let mut filter =
+            TwoState::from_plot(&plots[0], 0.5, Start::default()).expect("a sound plot");
+        for plot in &plots[1..19] {
+            filter.update(plot).expect("a sound plot");
+        }
+        let at = filter.predicted(plots[19].time).expect("later").position_m();
+        for off_m in [0.5, 200.0] {
+            let plot = Plot { position_m: at + Vector2::new(off_m, 0.0), ..plots[19] };
+            let [mut taken, mut updated, mut turned] =
+                [filter.clone(), filter.clone(), filter.clone()];
+            let surprises = taken.take(&plot).expect("sound").d2 > 0.0 && off_m > 100.0;
+            updated.update(&plot).expect("sound");
+            turned.update_manoeuvre(&plot).expect("sound");
+            assert_eq!(
+                taken.estimate(),
+                if surprises { turned } else { updated.clone() }.estimate()
+            );
+            let differ = taken.estimate() != updated.estimate();
+            assert_eq!(differ, surprises, "{off_m}");
+        }
+    }
+
     #[test]
     fn constant_velocity_is_the_joint_filter_of_that_motion() {
         let mut plots = random_plots(300, 5);

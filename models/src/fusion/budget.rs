@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_scan_of_so_many_milliseconds_is_a_hundred_thousand_evaluations_each() {
-        let mut config = TrackingConfig::default();
+        let mut config = TrackingConfig::paper();
         for (scan_budget_ms, whole) in
             [(1.0, 100_000), (50.0, 5_000_000), (-3.0, 0), (1e9, 100_000_000_000)]
         {

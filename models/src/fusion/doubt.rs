@@ -184,6 +184,98 @@ mod tests {
         assert!((false_m2(&unseen, &model) / model.false_density_m2 - 1.0).abs() < 1e-12);
     }
 
+    #[test]
+    fn false_plots_are_ten_times_as_dense_at_most_and_a_quarter_at_least() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        for (range_m, ratio) in
+            [(1.0, 10.0), (200.0, 10.0), (0.0, 10.0), (500.0, 5.0), (10_000.0, 0.25), (9e5, 0.25)]
+        {
+            let found = false_m2(&plot(range_m), &model) / model.false_density_m2;
+            assert!((found - ratio).abs() < 1e-9, "{range_m}: {found}");
+        }
+    }
+
+    #[test]
+    fn targets_come_into_view_at_stands_and_on_final() {
+        let mut flights = FlightList::default();
+        let (threshold, end) = (Vector2::new(100.0, 0.0), Vector2::new(2_100.0, 0.0));
+        flights.runways.push(("09".into(), [threshold, end]));
+        flights.runways.push(("none".into(), [end, end]));
+        let mut entrances = Entrances::default();
+        entrances.fill(&flights, 3_000.0);
+        entrances.stands_m.push(Vector2::new(0.0, 500.0));
+        for (x, y, held) in [
+            (0.0, 540.0, true),
+            (0.0, 540.1, false),
+            (28.0, 472.0, true),
+            (100.0, 60.0, true),
+            (100.0, -60.1, false),
+            (-2_900.0, -60.0, true),
+            (-2_901.0, 0.0, false),
+            (101.0, 0.0, false),
+            (2_150.0, 0.0, false),
+        ] {
+            assert_eq!(entrances.hold(Vector2::new(x, y), 40.0), held, "{x} {y}");
+        }
+        entrances.fill(&FlightList::default(), 3_000.0);
+        assert!(!entrances.hold(Vector2::new(0.0, 0.0), 40.0));
+    }
+
+    #[test]
+    fn a_track_lasts_as_long_as_targets_do_and_is_judged_by_what_is_left() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let rules = ExistenceRules::default();
+        let mut doubt = Doubt::sure(&plot(1_000.0), &model);
+        assert_eq!((doubt.judge(&rules), doubt.is_over(&rules)), (Trial::Confirmed, false));
+        doubt.survive(SimTime::from_s(60.0), false, &rules);
+        let there = libm::exp(-0.1);
+        assert!((doubt.existence.there() - there).abs() < 1e-12);
+        assert_eq!(doubt.judge(&rules), Trial::Goes);
+        // Nothing more in the same time, nor before it; who leaves, leaves soon.
+        doubt.survive(SimTime::from_s(60.0), false, &rules);
+        doubt.survive(SimTime::from_s(10.0), true, &rules);
+        assert!((doubt.existence.there() - there).abs() < 1e-12);
+        doubt.survive(SimTime::from_s(100.0), true, &rules);
+        assert!((doubt.existence.there() - there * libm::exp(-2.0)).abs() < 1e-12);
+        for (there, trial, over) in [
+            (0.999, Trial::Confirmed, false),
+            (0.998_9, Trial::Goes, false),
+            (1e-3, Trial::Goes, false),
+            (9.9e-4, Trial::Goes, true),
+            (1e-4, Trial::Goes, true),
+            (9.9e-5, Trial::Dropped, true),
+        ] {
+            doubt.existence = Existence::of(there);
+            assert_eq!((doubt.judge(&rules), doubt.is_over(&rules)), (trial, over), "{there}");
+        }
+    }
+
+    #[test]
+    fn a_look_that_was_weighed_is_not_missed_again() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let places = Places::default();
+        let mut doubt = Doubt::sure(&plot(1_000.0), &model);
+        doubt.existence = Existence::of(0.9);
+        let expected = doubt.existence.after(0.6, 0.8);
+        // A plot that is hardly its own: this scan's look is counted, the next is due again.
+        doubt.look((SensorId(7), 0.5), 0.6, 0.8);
+        assert_eq!(doubt.existence, expected);
+        doubt.miss(Vector2::zeros(), &places);
+        assert_eq!(doubt.existence, expected);
+        doubt.miss(Vector2::zeros(), &places);
+        assert_eq!(doubt.existence, expected.after(1.0, model.detection.clamp(0.01, 0.999)));
+        // By the sensor that saw it last, for what that states.
+        doubt.look((SensorId(7), 0.5), 0.4, 0.8);
+        let before = doubt.existence;
+        doubt.miss(Vector2::zeros(), &places);
+        assert_eq!(doubt.existence, before.after(1.0, 0.5));
+        assert_eq!(doubt.unseen.last(), Some(&place_of(SensorId(7), Vector2::zeros())));
+        for _ in 0..200 {
+            doubt.miss(Vector2::zeros(), &places);
+        }
+        assert_eq!(doubt.unseen.len(), MOST_UNSEEN);
+    }
+
     /// A place blinds where a target was that is seen again; of one that is not, nobody knows whether it was there.
     #[test]
     fn looks_without_a_plot_count_when_the_target_is_seen_again() {

@@ -137,7 +137,7 @@ mod tests {
         };
         // Five tracks and four plots: 80 states, 160 evaluations.
         assert_eq!((exact_cost(5, 4), exact_cost(1, 64)), (160, u64::MAX / 2));
-        let mut config = TrackingConfig { scan_budget_ms: 0.0128, ..TrackingConfig::default() };
+        let mut config = TrackingConfig { scan_budget_ms: 0.0128, ..TrackingConfig::paper() };
         let budget = Budget::new(&config);
         assert_eq!(budget.left_of(0.5), 640);
         assert!(of(5, 4).is_exact(80, &budget) && !of(5, 4).is_exact(79, &budget));

@@ -69,8 +69,8 @@ pub fn longitude_step_m(latitude_deg: f64, odd: bool) -> f64 {
 #[must_use]
 pub fn longitude_zones(latitude_deg: f64) -> f64 {
     let latitude = latitude_deg.abs();
-    if latitude >= 87.0 {
-        return if latitude > 87.0 { 1.0 } else { 2.0 };
+    if latitude > 87.0 {
+        return 1.0;
     }
     let cos = libm::cos(latitude.to_radians());
     let a = 1.0 - (1.0 - libm::cos(PI / 30.0)) / (cos * cos);

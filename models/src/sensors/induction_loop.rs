@@ -761,6 +761,34 @@ mod tests {
         );
     }
 
+    /// What is left out for a while draws nothing from what comes afterwards.
+    #[test]
+    fn false_passages_are_the_same_after_a_time_in_which_they_were_left_out() {
+        use crate::effects::positioning::PositioningLevels;
+        let after_half_a_minute = |left_out: u64| {
+            let every_second = LoopConfig { false_per_h: 3600.0, ..config() };
+            let mut sensor = InductionLoop::new(every_second).expect("sound");
+            let (truth, mut times) = (Parked::aircraft(&[]), Vec::new());
+            for scan in 1..=60 {
+                let level = if scan <= left_out { Level::Skipped } else { Level::Exact };
+                sensor.planning_mut().fix(PositioningLevels::EXACT.with(E::FalsePassages, level));
+                let at = |scan: u64| SimTime::from_s(scan as f64);
+                let interval = ScanInterval { run_seed: 4, scan, from: at(scan - 1), to: at(scan) };
+                let mut sink = PlotSink::default();
+                sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
+                assert!(level == Level::Exact || sink.plots.is_empty());
+                assert!(sink.plots.iter().all(|p| p.time > interval.from && p.time <= interval.to));
+                times.extend(sink.plots.iter().filter(|_| scan > 30).map(|p| p.time));
+            }
+            times
+        };
+        let always = after_half_a_minute(0);
+        assert!((12..50).contains(&always.len()), "one a second: {}", always.len());
+        for left_out in [1, 7, 30] {
+            assert_eq!(after_half_a_minute(left_out), always, "{left_out}");
+        }
+    }
+
     #[test]
     fn errors_have_their_deviation() {
         let (mut sum, mut bias, mut n) = (0.0, 0.0, 0.0);

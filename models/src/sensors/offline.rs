@@ -604,6 +604,77 @@ mod tests {
         fit(&seen, 1.0).expect("enough reports")
     }
 
+    /// By hand: errors of ±3 and ±4 cm about their means, one report of four missing.
+    #[test]
+    fn figures_are_the_moments_of_what_is_near_and_what_is_far_is_counted() {
+        let mut seen = Observation { looks: 600, ..Observation::default() };
+        for key in 0..4u64 {
+            for k in (0..150i64).filter(|k| k % 4 != 3) {
+                let (a, b) = ((k * 7 + k / 4) % 2, (k * 3 + k / 8) % 2);
+                let error_m = [1.0 + 0.03 * (2 * a - 1) as f64, -2.0 + 0.04 * (2 * b - 1) as f64];
+                seen.samples.push(Sample { key, time: SimTime::from_s(2.0 * k as f64), error_m });
+            }
+        }
+        let n = seen.samples.len() as f64;
+        // One of each target is far off.
+        for key in 0..4 {
+            let at = seen.samples.iter().position(|s| s.key == key).expect("one");
+            seen.samples[at].error_m = [500.0, -2.0];
+        }
+        let fit = fit(&seen, 2.0).expect("enough");
+        let near = |found: f64, expected: f64, by: f64| {
+            assert!((found - expected).abs() < by, "{found} for {expected}: {fit:?}");
+        };
+        near(fit.axes[0].mean_m, 1.0, 2e-3);
+        near(fit.axes[1].mean_m, -2.0, 2e-3);
+        near(fit.axes[0].sigma_m, 0.03, 1e-3);
+        near(fit.axes[1].sigma_m, 0.04, 1e-3);
+        near(fit.far_share, 4.0 / n, 1e-12);
+        near(fit.pd, n / 600.0, 1e-12);
+        near(fit.outage_reports, 1.0, 1e-12);
+        assert_eq!((fit.samples as f64, fit.period_s), (n - 4.0, 2.0));
+        seen.samples.truncate(99);
+        assert_eq!(super::fit(&seen, 2.0), Err(FitError::TooFew { found: 99, needed: 100 }));
+        // Nothing that wanders is nothing: a deviation of a micrometre at least.
+        let still = Observation {
+            samples: (0..200)
+                .map(|k| Sample { key: 0, time: SimTime::from_s(k as f64), error_m: [0.0; 2] })
+                .collect(),
+            looks: 200,
+            ..Observation::default()
+        };
+        let fit = super::fit(&still, 1.0).expect("enough");
+        assert_eq!((fit.axes[0].sigma_m, fit.pd, fit.outage_reports), (1e-6, 1.0, 1.0));
+    }
+
+    /// Errors of which a share lasts: e^(−t/τ) of it is left after t.
+    #[test]
+    fn what_lasts_of_an_error_is_found_with_its_time() {
+        for (share, tau_s) in [(0.8, 30.0), (0.5, 10.0), (1.0, 60.0)] {
+            let mut seen = Observation::default();
+            for key in 0..40 {
+                let mut rng = crate::draw::DrawKey { run_seed: 5, sensor: 1, entity: key, scan: 0 }
+                    .rng(crate::draw::Purpose::Study);
+                let keep = libm::exp(-1.0 / tau_s);
+                let (mut a, mut b) = crate::draw::normal_pair(&mut rng);
+                for k in 0..500 {
+                    let (x, y) = crate::draw::normal_pair(&mut rng);
+                    let rest = f64::sqrt(1.0 - keep * keep);
+                    (a, b) = (keep * a + rest * x, keep * b + rest * y);
+                    let (x, y) = crate::draw::normal_pair(&mut rng);
+                    let (lasting, white) = (f64::sqrt(share), f64::sqrt(1.0 - share));
+                    let error_m = [2.0 * (lasting * a + white * x), lasting * b + white * y];
+                    seen.samples.push(Sample { key, time: SimTime::from_s(f64::from(k)), error_m });
+                }
+            }
+            seen.looks = seen.samples.len() as u64;
+            let fit = fit(&seen, 1.0).expect("enough");
+            assert!((fit.axes[0].sigma_m / 2.0 - 1.0).abs() < 0.1, "{fit:?}");
+            assert!((fit.correlated_share - share).abs() < 0.07, "{share} {tau_s}: {fit:?}");
+            assert!((fit.tau_s / tau_s - 1.0).abs() < 0.25, "{share} {tau_s}: {fit:?}");
+        }
+    }
+
     #[test]
     fn figures_of_the_figures_are_the_figures() {
         let online = fitted(&mut Gps::new(gps()).expect("sound"));

@@ -61,7 +61,7 @@ fn factors_of_steps_are_those_of_the_worst_place() {
         // Spread places, or where fewer than five steps are in a deviation: the worst.
         let worst = summed(u, |z| z.abs() * density(z)).max((2.0 / std::f64::consts::PI).sqrt());
         let found = edge_factor(u);
-        let slack = if u < 0.2 { 1.5e-3 } else { 3e-4 };
+        let slack = if u < 0.2 { 1.7e-3 } else { 3e-4 };
         assert!(
             found > worst * (1.0 - slack) && found < worst * (1.0 + 1e-9),
             "{u}: {found} for {worst}"
@@ -178,7 +178,7 @@ fn steps_carry_a_plot_as_often_as_counted_one_by_one() {
         let (flips, square) = carried(step_m, drawn, fixed, own);
         let alone = (drawn == 0.0) as u8 + (fixed == 0.0) as u8 + (own == 0.0) as u8 == 2;
         // A bound; of one kind of shift alone it is the value itself and the two hundredths.
-        let (above, most) = (shift.flip() / flips, if alone { 1.03 } else { 1.6 });
+        let (above, most) = (shift.flip() / flips, if alone { 1.03 } else { 2.0 });
         assert!((1.0..most).contains(&above), "{drawn} {fixed} {own}: {above}");
         let above = shift.square_m2() / square;
         assert!((1.0..most + 0.05).contains(&above), "{drawn} {fixed} {own}: {above}");
@@ -225,10 +225,9 @@ fn steps_count_in_a_tail_by_their_chance_or_by_their_length_whichever_is_less() 
     assert!(close(found, rare, 1e-5), "{found}");
     let found = tail(&[stepped(0.01, 10.0), stepped(0.02, 10.0)], 1.0);
     assert!(close(found, 3.0 * rare, 1e-5), "{found}");
-    // Or both are taken, three and four: five.
-    let drawn = 1e-3_f64;
-    let found =
-        tail(&[stepped(drawn, 3.0), stepped(drawn, 4.0)], 5.0 + 2.0 * drawn * 2.0_f64.sqrt());
+    // Where every shift is a step both are taken, three and four: five.
+    let edge = |drawn_m, step_m| AxisShift { on_edge: true, ..stepped(drawn_m, step_m) };
+    let found = tail(&[edge(1e-3, 3.0), edge(1e-3, 4.0)], 5.0 + 2e-3 * std::f64::consts::SQRT_2);
     assert!(close(found, BEYOND_2, 1e-5), "{found}");
     // One is taken, of the other the chance.
     let found = tail(&[stepped(1e-6, 1.0), stepped(1e-6, 100.0)], 1.5);

@@ -86,3 +86,71 @@ fn log_density(nis: &Nis) -> f64 {
     let strip = if nis.dof == 1 { -libm::log(20.0) } else { 0.0 };
     -0.5 * (nis.d2 + nis.ln_det() + f64::from(nis.dof) * LN_TAU) + strip
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+    use crate::flight_list::FlightList;
+    use crate::fusion::config::{ExistenceRules, TrackingConfig};
+    use crate::plot::{SensorId, SensorKind};
+    use crate::time::SimTime;
+
+    #[test]
+    fn a_plot_is_missed_as_the_other_plots_of_the_field_are_likelier() {
+        // Half sure, seen in 0.8 of looks: 0.4 · density against 0.6 · false plots.
+        let existence = Existence::of(0.5);
+        for (density, false_m2) in [(1e-3, 1e-5), (1e-5, 1e-5), (1e-7, 1e-3)] {
+            let found = missed(existence, 0.8, libm::log(density), false_m2);
+            let expected = 0.6 * false_m2 / (0.6 * false_m2 + 0.4 * density);
+            assert!((found - expected).abs() < 1e-12, "{density} {false_m2}: {found}");
+        }
+        let both = Nis { d2: 3.0, det: 16.0, dof: 2 };
+        let density = libm::exp(-1.5) / (std::f64::consts::TAU * 4.0);
+        assert!((log_density(&both) - libm::log(density)).abs() < 1e-12);
+        let line = Nis { dof: 1, ..both };
+        let density = libm::exp(-1.5) / (std::f64::consts::TAU.sqrt() * 4.0 * 20.0);
+        assert!((log_density(&line) - libm::log(density)).abs() < 1e-12);
+        assert!((UNFORESEEN + libm::log(std::f64::consts::PI * 2_500.0)).abs() < 0.01);
+    }
+
+    #[test]
+    fn plots_speak_for_a_track_as_it_exists_and_is_seen() {
+        let mut config = TrackingConfig::paper();
+        let mut tracker = Tracker::new(config.clone());
+        let model = tracker.config.sensor(SensorId(1), SensorKind::Asde);
+        let mut work = Work { shifts: vec![7.0], ..Work::default() };
+        tracker.weigh_existence(&model, &mut work);
+        assert!(work.shifts.is_empty(), "lives go by counts");
+        config.life.existence = Some(ExistenceRules::default());
+        tracker = Tracker::new(config);
+        for k in 1..=20 {
+            let t = f64::from(k);
+            let plots =
+                [plot_at(t - 0.5, 8.0 * t, 0.0, 1.0), plot_at(t - 0.5, 8.0 * t, 900.0, 1.0)];
+            let plots = if k < 20 { &plots[..1] } else { &plots[..] };
+            tracker.scan(SimTime::from_s(t), plots, &FlightList::default());
+        }
+        assert_eq!(
+            tracker.tracks.iter().map(|t| t.stage).collect::<Vec<_>>(),
+            [Stage::Confirmed, Stage::Tentative]
+        );
+        let gate = tracker.config.gates.probability;
+        let place = place_of(model.id, tracker.tracks[0].filter().motion().0);
+        for there in [1.0, 0.5, 1e-3] {
+            tracker.tracks[0].doubt.as_mut().expect("by existence").existence =
+                Existence::of(there);
+            tracker.weigh_existence(&model, &mut work);
+            let seen = tracker.places.detection(&place, model.detection) * gate;
+            let pair = there * seen / (1.0 - there * seen);
+            let usual = model.detection / (1.0 - model.detection * gate);
+            let expected = libm::log(pair / usual);
+            assert!(
+                (work.shifts[0] - expected).abs() < 1e-9,
+                "{there}: {} for {expected}",
+                work.shifts[0]
+            );
+            assert_eq!(work.shifts[1], 0.0, "on trial");
+        }
+    }
+}

@@ -132,3 +132,36 @@ fn looks_that_tell_two_apart_are_counted_against_those_that_do_not() {
     assert!((4..=6).contains(&found[0]), "{found:?}");
     assert!(found.windows(2).all(|two| two[1] > two[0]), "{found:?}");
 }
+
+/// A body lies along its nose, wherever that points: what is on it along is beside it across.
+#[test]
+fn what_lies_on_a_body_lies_along_its_nose() {
+    use super::super::stages::doubles::on_body;
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    tracker.scan(SimTime::from_s(1.0), &[at(0.5, 0, Vector2::zeros())], &FlightList::default());
+    let track = &mut tracker.tracks[0];
+    let place = Vector2::new(30.0, -70.0);
+    track.size_m = Some((40.0, 10.0));
+    for degrees in [0.0_f64, 30.0, 90.0, 135.0, 260.0] {
+        track.heading_rad = degrees.to_radians();
+        let (sin, cos) = libm::sincos(track.heading_rad);
+        let (nose, right) = (Vector2::new(sin, cos), Vector2::new(cos, -sin));
+        // Nine tenths of the length before and behind, six of the span aside.
+        for (along, aside, on) in [
+            (35.9, 0.0, true),
+            (36.1, 0.0, false),
+            (0.0, 5.9, true),
+            (0.0, 6.1, false),
+            (35.0, 5.0, true),
+        ] {
+            for (a, b) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
+                let point = place + nose * (a * along) + right * (b * aside);
+                assert_eq!(on_body(track, place, point, 1e6), on, "{degrees}: {along} {aside}");
+            }
+        }
+    }
+    // Of unknown size it is all round, as far as asked.
+    track.size_m = None;
+    assert!(on_body(track, place, place + Vector2::new(3.0, 4.0), 5.0));
+    assert!(!on_body(track, place, place + Vector2::new(3.0, 4.0), 4.9));
+}

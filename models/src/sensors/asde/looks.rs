@@ -248,3 +248,59 @@ impl Occluding {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Vector2;
+
+    #[test]
+    fn a_target_may_be_shadowed_by_another_that_is_nearer_in_its_direction() {
+        let look = |index: usize, azimuth_rad: f64, ground_m: f64| {
+            let (sin, cos) = libm::sincos(azimuth_rad);
+            let state = TargetState {
+                position_m: Vector3::new(10.0 + ground_m * sin, 20.0 + ground_m * cos, 0.0),
+                velocity_mps: Vector3::zeros(),
+                heading_rad: 0.0,
+            };
+            Look { index, number: 0, time: SimTime::ZERO, state, azimuth_rad }
+        };
+        let site = Vector2::new(10.0, 20.0);
+        let aircraft = |index, azimuth_rad, ground_m, reach_m| Aircraft {
+            index,
+            azimuth_rad,
+            ground_m,
+            top_m: 12.0,
+            reach_m,
+        };
+        let mut occluding = Occluding::default();
+        assert!(!occluding.may_shadow(&look(0, 1.0, 5_000.0), site), "nobody is there");
+        occluding.add(aircraft(3, 1.0, 1_000.0, 20.0));
+        assert!(!occluding.may_shadow(&look(3, 1.0, 1_000.0), site), "itself");
+        for (azimuth_rad, ground_m, may) in [
+            (1.0, 1_200.0, true),
+            (1.0, 990.0, true),
+            (1.0, 970.0, false),
+            (1.02, 5e3, true),
+            (1.5, 5e3, false),
+            (-2.0, 5e3, false),
+        ] {
+            assert_eq!(
+                occluding.may_shadow(&look(0, azimuth_rad, ground_m), site),
+                may,
+                "{azimuth_rad} {ground_m}"
+            );
+        }
+        // Over the radar it is in every direction; across north too.
+        occluding.add(aircraft(4, 0.0, 400.0, 60.0));
+        assert!(
+            occluding.may_shadow(&look(0, -0.1, 500.0), site)
+                && occluding.may_shadow(&look(0, 6.2, 500.0), site)
+        );
+        assert!(!occluding.may_shadow(&look(0, 3.0, 500.0), site));
+        occluding.add(aircraft(5, 2.0, 10.0, 30.0));
+        assert!((0..60).all(|k| occluding.may_shadow(&look(0, 0.1 * f64::from(k), 1.0), site)));
+        occluding.clear();
+        assert!(!occluding.may_shadow(&look(0, 1.0, 5_000.0), site));
+    }
+}

@@ -163,3 +163,87 @@ impl Tangent {
         1.0 / (1.0 + along).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn over_a_plane_the_reflected_ray_is_that_from_the_image_of_the_antenna() {
+        for (d, antenna, target) in
+            [(300.0, 30.0, 5.0), (5_000.0, 20.0, 40.0), (0.5, 30.0, 2.0), (800.0, 10.0, 0.0)]
+        {
+            let paths = TwoPaths::flat(d, antenna, target);
+            let lean = LeanPaths::flat(d, antenna, target);
+            let (direct, reflected) =
+                (libm::hypot(d, antenna - target), libm::hypot(d, antenna + target));
+            let close =
+                |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * (1.0 + b.abs()), "{a} for {b}");
+            for (found, expected) in [
+                (paths.direct_m, direct),
+                (paths.reflected_m, reflected),
+                (paths.difference_m, reflected - direct),
+                (lean.sin_depression, libm::sin(paths.depression_rad)),
+                (lean.sin_grazing, libm::sin(paths.grazing_rad)),
+                (lean.cos_grazing, libm::cos(paths.grazing_rad)),
+                (libm::tan(paths.grazing_rad), (antenna + target) / d),
+                (libm::tan(paths.depression_rad), (antenna - target) / d),
+                // Equal angles on both sides.
+                (antenna * (d - paths.reflection_point_m), target * paths.reflection_point_m),
+            ] {
+                close(found, expected);
+            }
+        }
+        // At the antenna, at the foot of its mast, and on the ground.
+        let at = LeanPaths::flat(0.0, 30.0, 30.0);
+        assert_eq!(
+            (at.direct_m, at.sin_depression, at.sin_grazing, at.cos_grazing),
+            (0.0, 1.0, 1.0, 0.0)
+        );
+        let foot = LeanPaths::flat(0.0, 30.0, 0.0);
+        assert_eq!((foot.sin_depression, foot.sin_grazing, foot.difference_m), (1.0, 1.0, 0.0));
+        let nowhere = LeanPaths::flat(0.0, 0.0, 0.0);
+        assert_eq!((nowhere.sin_depression, nowhere.difference_m), (1.0, 0.0));
+        assert_eq!(TwoPaths::flat(40.0, 0.0, 0.0).reflection_point_m, 20.0);
+        for side in [1e-180, 1e180] {
+            assert!(
+                (LeanPaths::flat(3.0 * side, 4.0 * side, 0.0).direct_m / (5.0 * side) - 1.0).abs()
+                    < 1e-12
+            );
+        }
+    }
+
+    #[test]
+    fn over_the_earth_both_rays_make_the_same_angle_with_the_plane_that_touches_it() {
+        let a = EFFECTIVE_EARTH_RADIUS_M;
+        for (d, antenna, target) in [
+            (5_000.0, 30.0, 5.0),
+            (20_000.0, 40.0, 40.0),
+            (12_000.0, 20.0, 60.0),
+            (15_000.0, 30.0, 3.0),
+        ] {
+            let round = RoundEarth::new(d, antenna, target);
+            let (d1, d2) = (round.reflection_point_m, d - round.reflection_point_m);
+            // The earth falls away by d²/2a.
+            let (h1, h2) = (antenna - d1 * d1 / (2.0 * a), target - d2 * d2 / (2.0 * a));
+            assert!(
+                (round.antenna_m - h1).abs() < 1e-9 && (round.target_m - h2.max(0.0)).abs() < 1e-9
+            );
+            if h1 > 0.0 && h2 > 0.0 {
+                assert!((h1 / d1 - h2 / d2).abs() < 1e-9 * (h1 / d1), "{d}: {h1} {d1} {h2} {d2}");
+            }
+            let sine = libm::sin(round.grazing_rad);
+            let spread = 1.0 / (1.0 + 2.0 * d1 * d2 / (a * d * sine)).sqrt();
+            assert!((round.divergence - spread).abs() < 1e-12, "{d}: {}", round.divergence);
+            assert!(round.divergence > 0.2 && round.divergence < 1.0);
+            let (lean, divergence) = RoundEarth::lean(d, antenna, target);
+            assert!((divergence - spread).abs() < 1e-9 && (lean.sin_grazing - sine).abs() < 1e-9);
+        }
+        // Nearby it is flat, beyond the horizon no ray arrives.
+        let near = RoundEarth::new(9.9, 30.0, 5.0);
+        assert_eq!((near.divergence, near.antenna_m, near.target_m), (1.0, 30.0, 5.0));
+        assert_eq!(near.reflection_point_m, TwoPaths::flat(9.9, 30.0, 5.0).reflection_point_m);
+        let far = RoundEarth::new(90_000.0, 10.0, 2.0);
+        assert_eq!((far.divergence, far.antenna_m, far.target_m), (0.0, 0.0, 0.0));
+    }
+}

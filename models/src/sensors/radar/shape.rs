@@ -304,3 +304,43 @@ fn behind_fuselage(length_m: f64, x_m: f64, y_m: f64, sin: f64, cos: f64) -> boo
     }
     (x_m - y_m / sin * cos).abs() < 0.5 * length_m
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::radar::sample_shapes;
+
+    #[test]
+    fn a_shape_is_symmetric_if_its_left_side_is_the_mirror_image_of_its_right_one() {
+        for aircraft in [true, false] {
+            let shape = sample_shapes::of(aircraft);
+            assert!(shape.is_symmetric());
+            for k in 0..shape.scatterers.len() {
+                let with = |change: fn(&mut Scatterer)| {
+                    let mut shape = (*shape).clone();
+                    change(&mut shape.scatterers[k]);
+                    shape.is_symmetric()
+                };
+                assert!(!with(|s| s.y += 0.01), "{k}: beside");
+                let View::Sector { from_deg, .. } = shape.scatterers[k].view else { continue };
+                let twisted = with(|s| {
+                    let View::Sector { from_deg, .. } = &mut s.view else { return };
+                    *from_deg += 5.0;
+                });
+                assert!(!twisted, "{k}: from {from_deg}");
+            }
+        }
+        // What one of a pair has more of, and what is seen from one side only.
+        let shape = sample_shapes::of(true);
+        let pair = shape.scatterers.iter().position(|s| s.y != 0.0).expect("a pair");
+        for change in [
+            |s: &mut Scatterer| s.weight *= 1.1,
+            |s: &mut Scatterer| s.x += 0.1,
+            |s: &mut Scatterer| s.view = View::Sector { from_deg: 0.0, half_width_deg: 10.0 },
+        ] {
+            let mut shape = (*shape).clone();
+            change(&mut shape.scatterers[pair]);
+            assert!(!shape.is_symmetric());
+        }
+    }
+}

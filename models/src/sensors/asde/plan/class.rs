@@ -82,3 +82,53 @@ impl ClassFacts {
         0.5 * libm::hypot(self.class.length_m, self.class.span_m)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::radar::sample_shapes;
+
+    #[test]
+    fn facts_are_those_of_classes_of_the_same_size_echo_and_shape() {
+        let class = TargetClass {
+            designator: "A320".into(),
+            aircraft: true,
+            length_m: 37.6,
+            span_m: 35.8,
+            height_m: 11.8,
+            rcs_m2: 15.0,
+            shape: sample_shapes::of(true),
+        };
+        let facts = ClassFacts::of(&class);
+        assert!(facts.is_of(&class));
+        let alike = TargetClass {
+            designator: "B738".into(),
+            shape: sample_shapes::of(true),
+            ..class.clone()
+        };
+        assert!(facts.is_of(&alike), "its name does not matter, nor where its shape is kept");
+        for other in [
+            TargetClass { length_m: 37.7, ..class.clone() },
+            TargetClass { span_m: 35.9, ..class.clone() },
+            TargetClass { height_m: 11.9, ..class.clone() },
+            TargetClass { rcs_m2: 15.1, ..class.clone() },
+            TargetClass { shape: sample_shapes::of(false), ..class.clone() },
+        ] {
+            assert!(!facts.is_of(&other), "{other:?}");
+        }
+        assert!((facts.half_m() - 25.959_584).abs() < 1e-5);
+        // No aspect lies outside what is said of all.
+        for k in 0..1_440 {
+            let Some(c) = centroid(ExtentLevel::Centroid, &class, f64::from(k) * 0.004_363) else {
+                continue;
+            };
+            let within = |range: (f64, f64), value: f64| range.0 <= value && value <= range.1;
+            assert!(within(facts.aspect, c.rcs_m2 / class.rcs_m2), "{k}");
+            assert!(
+                within(facts.along_m, c.glint_along_m) && within(facts.across_m, c.glint_across_m),
+                "{k}"
+            );
+            assert!(libm::hypot(c.bias_along_m, c.bias_across_m) <= facts.bias_m, "{k}");
+        }
+    }
+}
