@@ -408,6 +408,127 @@ mod tests {
     use super::*;
     use crate::plot::Callsign;
 
+    /// One runway east from the origin, 3 km.
+    fn one_runway() -> FlightList {
+        let ends = [Vector2::zeros(), Vector2::new(3_000.0, 0.0)];
+        FlightList { entries: Vec::new(), runways: vec![("09".into(), ends)] }
+    }
+
+    /// What the states at these times, places (m) and velocities (m/s) show, of so many plots each.
+    fn shown(plots: u32, states: &[(f64, [f64; 2], [f64; 2])]) -> Evidence {
+        let mut evidence = Evidence::default();
+        for &(t, at, v) in states {
+            let r = crate::filter::Sym2 { xx: 1.0, xy: 0.0, yy: 1.0 };
+            let mut state =
+                crate::filter::Gaussian::at_position(Vector2::new(at[0], at[1]), r, 1.0, 0.1);
+            state.x[1] = crate::filter::lanes::Pair::new(v[0], v[1]);
+            let state = Estimate::new(SimTime::from_s(t), state);
+            evidence.take_state(&state, plots, &one_runway(), &TrackingConfig::paper().labels);
+        }
+        evidence
+    }
+
+    #[test]
+    fn who_lines_up_goes_along_the_runway_near_its_beginning_and_not_slowly() {
+        let lines_up =
+            |plots, at: [f64; 2], v: [f64; 2]| shown(plots, &[(5.0, at, v)]).lined_up.is_some();
+        let (at, v) = ([100.0, 3.0], [8.0, 0.1]);
+        assert!(lines_up(6, at, v) && !lines_up(5, at, v), "from six plots on");
+        for (at, v, expected) in [
+            (at, [1.9, 0.0], false),
+            (at, [2.0, 0.0], true),
+            (at, [34.0, 0.0], true),
+            (at, [-8.0, 0.0], false),
+            (at, [8.0, 2.1], false),
+            (at, [8.0, 1.9], true),
+            ([-49.0, 0.0], v, true),
+            ([-51.0, 0.0], v, false),
+            ([899.0, 0.0], v, true),
+            ([901.0, 0.0], v, false),
+            ([100.0, 59.0], v, true),
+            ([100.0, 61.0], v, false),
+            ([100.0, -61.0], v, false),
+        ] {
+            assert_eq!(lines_up(6, at, v), expected, "{at:?} {v:?}");
+        }
+        let of = shown(6, &[(5.0, at, v), (6.0, at, v)]);
+        assert_eq!(of.lined_up.map(|l| (l.runway, l.time)), Some((0, SimTime::from_s(5.0))));
+        assert!(of.news && of.shows() && !of.is_event() && of.event().is_none());
+    }
+
+    #[test]
+    fn who_is_fast_along_a_runway_took_off_if_it_was_slow_and_landed_if_not() {
+        let begun = (0.0, [100.0, 0.0], [19.0, 0.0]);
+        let run = |t: f64, speed: f64| (t, [800.0, 0.0], [speed, 0.0]);
+        let took_off = shown(6, &[begun, run(20.0, 60.0)]);
+        assert_eq!(took_off.took_off.map(|t| (t.runway, t.time)), Some((0, SimTime::from_s(20.0))));
+        assert!(took_off.landed.is_none() && took_off.is_event() && took_off.shows());
+        assert_eq!(took_off.event(), Some(SimTime::from_s(20.0)));
+        // Not fast enough; too long after; never slow.
+        assert!(!shown(6, &[begun, run(20.0, 34.9)]).is_event());
+        assert!(!shown(6, &[begun, run(25.1, 60.0)]).is_event(), "neither one nor the other");
+        assert!(shown(6, &[begun, run(25.0, 60.0)]).is_event());
+        let slow = (0.0, [100.0, 0.0], [20.0, 0.0]);
+        assert!(
+            shown(6, &[slow, run(20.0, 60.0)]).took_off.is_none(),
+            "a start of 20 m/s is not slow"
+        );
+        // A landing is when it is over the threshold, seen before or after it.
+        for (at, time_s) in [(-700.0, 20.0), (700.0, 0.0)] {
+            let landed = shown(6, &[(10.0, [at, 5.0], [70.0, 0.0])]);
+            assert_eq!(
+                landed.landed.map(|l| (l.runway, l.time)),
+                Some((0, SimTime::from_s(time_s)))
+            );
+            assert!(landed.took_off.is_none() && landed.is_event());
+        }
+        // Aside of its course by more than six degrees no landing, nor the other way, nor from too far.
+        for (at, v) in [
+            ([-700.0, 5.0], [70.0, 7.2]),
+            ([700.0, 0.0], [-70.0, 0.0]),
+            ([-20_001.0, 0.0], [70.0, 0.0]),
+            ([3_001.0, 0.0], [70.0, 0.0]),
+        ] {
+            assert!(!shown(6, &[(10.0, at, v)]).is_event(), "{at:?}");
+        }
+        assert!(shown(6, &[(10.0, [-700.0, 5.0], [70.0, 6.8])]).is_event());
+        // What landed and braked does not take off; what turns out far beside the runway did not land.
+        let rolled = [
+            (0.0, [100.0, 0.0], [70.0, 0.0]),
+            (20.0, [1_000.0, 0.0], [15.0, 0.0]),
+            (30.0, [1_300.0, 0.0], [40.0, 0.0]),
+        ];
+        assert!(shown(6, &rolled).took_off.is_none() && shown(6, &rolled).landed.is_some());
+        for (aside, kept) in [(179.0, true), (181.0, false), (-181.0, false)] {
+            let astray = [(0.0, [-900.0, 0.0], [70.0, 0.0]), (10.0, [-200.0, aside], [0.0, 50.0])];
+            assert_eq!(shown(6, &astray).landed.is_some(), kept, "{aside}");
+            let slow = [(0.0, [-900.0, 0.0], [70.0, 0.0]), (10.0, [-200.0, aside], [0.0, 30.0])];
+            assert!(shown(6, &slow).landed.is_some(), "{aside}: what is slow may leave");
+        }
+    }
+
+    #[test]
+    fn who_stays_for_ten_seconds_stands_and_who_leaves_has_moved() {
+        let at = |t: f64, x: f64| (t, [x, 500.0], [0.0, 0.0]);
+        let stood = |states: &[(f64, [f64; 2], [f64; 2])]| shown(6, states).stood_m;
+        assert_eq!(stood(&[at(0.0, 0.0), at(9.0, 0.0)]), None);
+        assert_eq!(stood(&[at(0.0, 0.0), at(10.0, 15.0)]), Some(Vector2::new(0.0, 500.0)));
+        assert_eq!(stood(&[at(0.0, 0.0), at(10.0, 15.1)]), None);
+        assert_eq!(stood(&[at(0.0, 0.0), at(5.0, 16.0), at(14.9, 16.0)]), None);
+        assert_eq!(
+            stood(&[at(0.0, 0.0), at(5.0, 16.0), at(15.0, 16.0)]),
+            Some(Vector2::new(16.0, 500.0))
+        );
+        assert!(shown(6, &[at(0.0, 0.0), at(10.0, 0.0)]).shows());
+        let moved = |x: f64| shown(6, &[at(0.0, 0.0), at(7.0, x)]).moved;
+        assert_eq!(
+            (moved(40.0), moved(40.1), moved(-40.1)),
+            (None, Some(SimTime::from_s(7.0)), Some(SimTime::from_s(7.0)))
+        );
+        // What stands after it moved is not where it came from.
+        assert_eq!(stood(&[at(0.0, 0.0), at(7.0, 90.0), at(17.0, 90.0)]), None);
+    }
+
     /// A departure that stood far from its stand when it was first seen: strange before it was off its block, nothing after.
     #[test]
     fn what_has_left_its_block_may_stand_anywhere() {

@@ -426,3 +426,50 @@ fn a_plot_is_a_position_a_line_or_unsound() {
     }
     assert!(Measurement::of(&Plot { across_m2: 1e20, ..plot }).is_ok());
 }
+
+#[test]
+fn speed_and_course_have_the_deviations_along_and_across_them() {
+    use crate::filter::Estimate;
+    use crate::time::SimTime;
+    let at = |east: f64, north: f64, xx: f64, xy: f64, yy: f64| {
+        let mut g = state(0.5);
+        g.x[1] = Pair::new(east, north);
+        (g.p[3], g.cross[4]) = (Pair::new(xx, yy), xy);
+        Estimate::new(SimTime::ZERO, g)
+    };
+    let near = |(a, b): (f64, f64), (c, d): (f64, f64)| {
+        assert!((a - c).abs() < 1e-12 && (b - d).abs() < 1e-12, "{a} {b} for {c} {d}");
+    };
+    // East: along is east; north-west by three, four: 0.36 xx − 0.96 xy + 0.64 yy.
+    near(at(7.0, 0.0, 4.0, 0.5, 9.0).speed_mps(), (7.0, 2.0));
+    near(at(0.0, -7.0, 4.0, 0.5, 9.0).speed_mps(), (7.0, 3.0));
+    near(at(-3.0, 4.0, 4.0, 0.5, 9.0).speed_mps(), (5.0, 6.72_f64.sqrt()));
+    near(at(0.0, 0.0, 4.0, 0.5, 9.0).speed_mps(), (0.0, 3.0));
+    near(at(0.0, 0.0, 16.0, 0.5, 9.0).speed_mps(), (0.0, 4.0));
+    near(at(5.0, 0.0, -1.0, 0.0, 9.0).speed_mps(), (5.0, 0.0));
+    // Course clockwise from north; its deviation is that across over the speed.
+    let turn = std::f64::consts::TAU;
+    for (east, north, course, sigma) in [
+        (0.0, 10.0, 0.0, 0.2),
+        (10.0, 0.0, turn / 4.0, 0.3),
+        (0.0, -10.0, turn / 2.0, 0.2),
+        (-10.0, 0.0, 0.75 * turn, 0.3),
+        (-1e-17, 10.0, 0.0, 0.2),
+    ] {
+        near(at(east, north, 4.0, 0.5, 9.0).heading_rad().expect("moving"), (course, sigma));
+    }
+    assert!(at(0.99, 0.0, 0.0, 0.0, 0.0).heading_rad().is_none());
+    assert!(at(1.0, 0.0, 0.0, 0.0, 0.0).heading_rad().is_some());
+    // Thirty degrees are told, more are not.
+    let most = 10.0 * 30.0_f64.to_radians();
+    assert!(at(10.0, 0.0, 1.0, 0.0, (0.999 * most).powi(2)).heading_rad().is_some());
+    assert!(at(10.0, 0.0, 1.0, 0.0, (1.001 * most).powi(2)).heading_rad().is_none());
+    let g = at(1.0, 2.0, 4.0, 0.5, 9.0);
+    assert_eq!((g.velocity_cov_m2s2()[(0, 1)], g.velocity_cov_m2s2()[(1, 1)]), (0.5, 9.0));
+    let (p, both) = (g.state.covariance(), g.position_velocity_cov_m2s());
+    for i in 0..2 {
+        for j in 0..2 {
+            assert_eq!(both[(i, j)], p[(3 * i, 3 * j + 1)], "{i} {j}");
+        }
+    }
+}

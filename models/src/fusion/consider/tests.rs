@@ -356,3 +356,38 @@ fn six_receivers_are_no_better_than_their_slow_errors() {
         assert!(filter.size() <= MOTION + MOST_SLOW);
     }
 }
+
+#[test]
+fn a_part_is_sound_if_its_numbers_are_and_it_is_somewhere() {
+    let n = 8;
+    let part = |change: fn(&mut Part)| {
+        let mut p = vec![0.0; n * n];
+        (0..n).for_each(|i| p[n * i + i] = 2.0);
+        let mut part = Part { weight: 1.0, mode: 0, x: vec![1.0; n], p };
+        change(&mut part);
+        part.is_sound()
+    };
+    assert!(part(|_| {}));
+    assert!(!part(|p| p.x[7] = f64::NAN) && !part(|p| p.x[0] = f64::INFINITY));
+    assert!(!part(|p| p.p[1] = f64::NAN) && !part(|p| p.p[63] = f64::INFINITY));
+    for i in 0..8 {
+        assert!(
+            !part(
+                [
+                    |p: &mut Part| p.p[0] = -1.0,
+                    |p: &mut Part| p.p[9] = -1.0,
+                    |p: &mut Part| p.p[18] = -1.0,
+                    |p: &mut Part| p.p[27] = -1.0,
+                    |p: &mut Part| p.p[36] = -1.0,
+                    |p: &mut Part| p.p[45] = -1.0,
+                    |p: &mut Part| p.p[54] = -1.0,
+                    |p: &mut Part| p.p[63] = -1.0,
+                ][i]
+            ),
+            "{i}"
+        );
+    }
+    // Nothing is known for certain of where it is; what has no acceleration may be.
+    assert!(!part(|p| p.p[0] = 0.0) && !part(|p| p.p[27] = 0.0));
+    assert!(part(|p| p.p[18] = 0.0) && part(|p| p.p[63] = 0.0));
+}

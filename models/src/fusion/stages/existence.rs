@@ -126,8 +126,10 @@ mod tests {
         tracker = Tracker::new(config);
         for k in 1..=20 {
             let t = f64::from(k);
-            let plots =
-                [plot_at(t - 0.5, 8.0 * t, 0.0, 1.0), plot_at(t - 0.5, 8.0 * t, 900.0, 1.0)];
+            let plots = [
+                plot_at(t - 0.5, 8.0 * t, 0.0, 1.0),
+                Plot { sequence: 1, ..plot_at(t - 0.5, 8.0 * t, 900.0, 1.0) },
+            ];
             let plots = if k < 20 { &plots[..1] } else { &plots[..] };
             tracker.scan(SimTime::from_s(t), plots, &FlightList::default());
         }

@@ -133,3 +133,26 @@ fn a_second_ago_is_told_of_what_was_published_then_and_only_if_asked_for() {
         }
     }
 }
+
+/// By existence too, a track that has become too wide to say where its target is ends.
+#[test]
+fn a_track_that_is_too_wide_ends_however_sure_its_target_is() {
+    let mut config = TrackingConfig::paper();
+    config.life.existence = Some(config::ExistenceRules::default());
+    for (radius_m, deleted) in [(1e-3, 1), (1e3, 0)] {
+        let mut tracker = Tracker::new(config.clone());
+        for k in 1..=14 {
+            let t = f64::from(k);
+            if k == 14 {
+                assert_eq!(tracker.statistics().confirmed, 1);
+                tracker.config.life.delete_radius_m = radius_m;
+            }
+            tracker.scan(
+                SimTime::from_s(t),
+                &[plot(t - 0.5, 0, 8.0 * t, 0.0)],
+                &FlightList::default(),
+            );
+        }
+        assert_eq!(tracker.statistics().deleted, deleted, "{radius_m}");
+    }
+}

@@ -336,3 +336,28 @@ impl<'a> Clutter<'a> {
         loss_db
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Vector3;
+
+    #[test]
+    fn aircraft_on_the_ground_stand_in_the_way_and_nothing_else() {
+        let at = |up: f64| TargetState {
+            position_m: Vector3::new(300.0, 400.0, up),
+            velocity_mps: Vector3::zeros(),
+            heading_rad: 0.0,
+        };
+        let class = |aircraft| crate::sensors::testing::class(aircraft, 40.0, 36.0, 15.0);
+        let of = |aircraft, up| Obstacle::of(&class(aircraft), &at(up), Vector2::new(300.0, 0.0));
+        assert!(of(false, 0.0).is_none() && of(true, 10.1).is_none() && of(true, 10.0).is_some());
+        let obstacle = of(true, 0.0).expect("an aircraft");
+        assert_eq!((obstacle.ground_m, obstacle.top_m, obstacle.half_m), (400.0, 10.0, 23.0));
+        assert!(!obstacle.parts.is_empty());
+        // No part reaches beyond half the length and three metres.
+        for corner in obstacle.parts.iter().flat_map(|(corners, _)| corners) {
+            assert!((corner - Vector2::new(300.0, 400.0)).norm() <= obstacle.half_m, "{corner}");
+        }
+    }
+}
