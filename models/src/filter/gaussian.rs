@@ -738,9 +738,6 @@ impl Gaussian {
             }
         }
         for j in 0..6 {
-            if scale[j] == 0.0 {
-                continue;
-            }
             let pivot = a[(j, j)];
             if pivot < -1e-9 {
                 return false;

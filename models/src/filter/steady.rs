@@ -452,6 +452,19 @@ mod tests {
     use crate::filter::testing::plot_at;
     use crate::filter::{FilterConfig, Rung};
 
+    /// Fixed gains need a variance on both axes.
+    #[test]
+    fn a_plot_that_is_exact_on_one_axis_is_refused() {
+        let first = plot_at(0.0, 0.0, 0.0, 4.0);
+        let config = FilterConfig::new(Rung::Abg);
+        let mut filter = Estimator::from_plot(&config, &first).expect("a sound plot");
+        for exact in [0.0, 1e-31] {
+            let plot = Plot { along_m2: exact, ..plot_at(1.0, 1.0, 0.0, 4.0) };
+            assert_eq!(filter.update(&plot), Err(BadInnovation(0.0)));
+        }
+        assert!(filter.update(&plot_at(1.0, 1.0, 0.0, 4.0)).is_ok());
+    }
+
     /// Gains of the textbook's filter that has run for long; of nothing that moves there is nothing to correct.
     #[test]
     fn steady_gains_are_those_of_a_filter_that_has_run_for_long() {

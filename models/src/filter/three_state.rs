@@ -346,6 +346,17 @@ mod tests {
     use crate::filter::six_state::SixState;
     use crate::filter::testing::random_plots;
 
+    /// Of both axes the one that is worse is told.
+    #[test]
+    fn what_is_no_covariance_is_told_by_its_worse_axis() {
+        let (zero, one) = (Pair::default(), Pair::splat(1.0));
+        for (pp, told) in [(Pair::new(-5.0, 5.0), -4.0), (Pair::new(5.0, -3.0), -2.0)] {
+            let p = [pp, zero, zero, one, zero, one];
+            let found = TwoState::correct([zero; 3], p, zero, one);
+            assert_eq!(found.err(), Some(BadInnovation(told)));
+        }
+    }
+
     /// A plot far from where it was expected is taken as one of a manoeuvre.
     #[test]
     fn what_surprises_is_a_manoeuvre() {

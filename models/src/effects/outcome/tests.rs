@@ -146,6 +146,18 @@ fn without_steps_shifts_of_different_origin_add_as_squares_and_bounded_ones_as_t
     assert_eq!((edge.square_m2(), edge.flip()), (26.0 * 26.0, 1.0));
     assert_eq!(AxisShift { on_edge: true, ..bounded }.square_m2(), bounded.square_m2());
     assert_eq!(AxisShift { on_edge: true, ..bounded }.flip(), 0.0);
+    // Shifts of any origin carry it, and none makes up for another.
+    let on_edge = AxisShift { step_m: 5.0, on_edge: true, ..STILL };
+    for shift in [
+        AxisShift { drawn_m: 1.0, ..on_edge },
+        AxisShift { fixed_m: 1.0, ..on_edge },
+        AxisShift { own_m: 1.0, ..on_edge },
+        AxisShift { drawn_m: 1.0, own_m: 1.0, ..on_edge },
+        AxisShift { fixed_m: 1.0, own_m: 1.0, ..on_edge },
+        AxisShift { drawn_m: 1.0, fixed_m: 1.0, ..on_edge },
+    ] {
+        assert_eq!(shift.flip(), 1.0, "{shift:?}");
+    }
 }
 
 /// What steps do to a shift, by every place of a step, every draw of the error and every draw of the shift's own.

@@ -306,24 +306,32 @@ fn two_targets_in_one_cell_give_one_plot_between_them() {
         let mut out = PlotSink::default();
         radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut out);
         assert_eq!((out.plots.len(), out.looks), (plots, 2));
+        // Nothing planned, everything at its exact level; and without merging, two.
+        for (levels, plots) in [(RadarLevels::EXACT, plots), (plain(), 2)] {
+            let mut radar = asde(|p| p.pfa = 1e-12).at_levels(levels);
+            let mut out = PlotSink::default();
+            radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut out);
+            assert_eq!((out.plots.len(), out.looks), (plots, 2));
+        }
     }
 }
 
-/// Ranges are slant: beside the mast of a high antenna a target is farther than its way along the ground.
+/// Ranges are slant: near the mast of a high antenna a target is farther than its way along the ground.
 #[test]
 fn the_nearest_range_is_along_the_ray() {
     let looks_at = |ground_m: f64, range_min_m: f64| {
-        let mut radar = asde(|p| (p.antenna_m, p.range_min_m) = (61.5, range_min_m));
-        let truth = Straight::new(&[((0.0, ground_m), (0.0, 0.0))]);
+        let mut radar = asde(|p| p.range_min_m = range_min_m);
+        let mut truth = Straight::new(&[((0.0, ground_m), (0.0, 0.0))]);
+        truth.class.rcs_m2 = 1e4;
         let mut sink = PlotSink::default();
         for scan in 1..=20 {
             radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut sink);
         }
         sink.causes.iter().filter(|cause| cause.key.is_some()).count()
     };
-    // Half its height of 3 m above the ground: 60 m below the antenna, 100 m off at 80 m.
-    assert!(looks_at(80.0, 99.0) > 10);
-    assert_eq!(looks_at(80.0, 101.0), 0);
+    // Half its height of 3 m above the ground: 58.5 m below the antenna, 404.3 m off at 400 m.
+    assert!(looks_at(400.0, 403.0) > 10);
+    assert_eq!(looks_at(400.0, 405.5), 0);
 }
 
 #[test]

@@ -437,3 +437,19 @@ fn the_quick_test_of_a_choice_says_what_the_whole_one_says() {
     }
     assert!(held > 2000 && broken > 2000, "{held} held, {broken} broken");
 }
+
+#[test]
+fn so_many_classes_are_known_and_those_that_are_known_are_found_again() {
+    let mut planner = Planner::default();
+    let of = |n: u32| TargetClass { length_m: 5.0 + 0.01 * f64::from(n), ..class(0) };
+    for n in 0..1_000 {
+        assert!(!planner.is_full(), "{n}");
+        assert_eq!(planner.class(&of(n), 7), Some(n as u16));
+    }
+    assert!(planner.is_full());
+    assert_eq!(planner.class(&of(1_000), 7), None, "there are too many");
+    for (n, guess) in [(0, 999), (999, 999), (500, 60_000)] {
+        assert_eq!(planner.class(&of(n), guess), Some(n as u16));
+        assert_eq!(planner.facts(n as u16).class.length_m, of(n).length_m);
+    }
+}
