@@ -187,6 +187,22 @@ mod tests {
         pairs.iter().enumerate().filter_map(|(row, c)| c.map(|c| gain(row, c))).sum()
     }
 
+    /// What gains nothing over a miss is a miss, and so is what no number says.
+    #[test]
+    fn only_pairs_that_are_better_than_a_miss_are_there() {
+        for (gain, is_there) in [
+            (1e-300, true),
+            (0.0, false),
+            (-0.0, false),
+            (-1.0, false),
+            (f64::NAN, false),
+            (f64::INFINITY, false),
+        ] {
+            let edge = Edge { row: 0, column: 0, gain };
+            assert_eq!(cost(&edge), is_there.then_some(-gain), "{gain}");
+        }
+    }
+
     proptest! {
         #[test]
         fn it_is_as_good_as_the_dense_one_and_one_to_one(

@@ -682,3 +682,19 @@ fn what_stands_may_move_already_at_either_end() {
     assert!(stands.len() >= 25, "{}", stands.len());
     assert!(stands.iter().all(|t| (20.0..=60.0).contains(t)), "{stands:?}");
 }
+
+#[test]
+fn a_target_is_asked_for_from_its_first_plot_to_the_scan_after_its_last() {
+    let ends: Vec<SimTime> = (1..=9).map(|k| SimTime::from_s(f64::from(k))).collect();
+    let of = |first_s: f64, last_s: f64| {
+        let plots = [first_s, last_s].map(|t| crate::filter::testing::plot_at(t, 0.0, 0.0, 1.0));
+        let asked = asked(&plots, &ends);
+        (asked.first().map(|t| t.s()), asked.last().map(|t| t.s()))
+    };
+    assert_eq!(of(2.5, 4.5), (Some(3.0), Some(5.0)));
+    assert_eq!(of(3.0, 5.0), (Some(3.0), Some(5.0)));
+    assert_eq!(of(0.1, 0.2), (Some(1.0), Some(1.0)));
+    assert_eq!(of(8.5, 9.5), (Some(9.0), Some(9.0)));
+    assert_eq!(of(9.5, 9.9), (None, None));
+    assert!(asked(&[], &ends).is_empty());
+}

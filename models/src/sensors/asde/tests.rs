@@ -316,24 +316,6 @@ fn two_targets_in_one_cell_give_one_plot_between_them() {
     }
 }
 
-/// Ranges are slant: near the mast of a high antenna a target is farther than its way along the ground.
-#[test]
-fn the_nearest_range_is_along_the_ray() {
-    let looks_at = |ground_m: f64, range_min_m: f64| {
-        let mut radar = asde(|p| p.range_min_m = range_min_m);
-        let mut truth = Straight::new(&[((0.0, ground_m), (0.0, 0.0))]);
-        truth.class.rcs_m2 = 1e4;
-        let mut sink = PlotSink::default();
-        for scan in 1..=20 {
-            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut sink);
-        }
-        sink.causes.iter().filter(|cause| cause.key.is_some()).count()
-    };
-    // Half its height of 3 m above the ground: 58.5 m below the antenna, 404.3 m off at 400 m.
-    assert!(looks_at(400.0, 403.0) > 10);
-    assert_eq!(looks_at(400.0, 405.5), 0);
-}
-
 #[test]
 fn an_echo_from_beyond_the_unambiguous_range_appears_nearer() {
     // 20 kHz: 7.49 km. A landing aircraft at 8.5 km appears at about 1 km.
