@@ -371,6 +371,16 @@ fn a_state_is_sound_if_its_covariance_is_one() {
             (q[(axis, other)], q[(other, axis)]) = (0.1, 0.1);
             bad("a covariance of nothing", stored((x, q)));
         }
+        // What is known for certain says nothing of the others.
+        let mut q = p;
+        for k in 0..6 {
+            (q[(axis, k)], q[(k, axis)]) = (0.0, 0.0);
+        }
+        let [one, two] = [(axis + 1) % 6, (axis + 2) % 6];
+        let most = (p[(one, one)] * p[(two, two)]).sqrt();
+        assert!(stored((x, q)).is_sound(), "certain {axis}");
+        (q[(one, two)], q[(two, one)]) = (1.01 * most, 1.01 * most);
+        bad("certain, and others are not", stored((x, q)));
         // Indefinite only in a direction across several.
         let unit =
             SVector::<f64, 6>::from_fn(|i, _| libm::sin(1.0 + (i + axis) as f64)).normalize();
