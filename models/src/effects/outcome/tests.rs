@@ -123,6 +123,17 @@ fn a_change_of_detection_is_the_largest_along_the_curve() {
     }
 }
 
+/// Whatever was looked at counts: the ends, and both places of every step.
+#[test]
+fn the_largest_of_what_was_looked_at_is_kept() {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    for peak in [0.0, 1.0 - golden, golden, 1.0] {
+        let bump = |x: f64| libm::exp(-(x - peak) * (x - peak) * 1e4);
+        assert!((largest(&bump, (0.0, 1.0), 1) - 1.0).abs() < 1e-9, "{peak}");
+    }
+    assert_eq!([largest(&|x| x, (0.0, 1.0), 0), largest(&|x| 1.0 - x, (0.0, 1.0), 0)], [1.0; 2]);
+}
+
 const STILL: AxisShift = AxisShift {
     drawn_m: 0.0,
     fixed_m: 0.0,
