@@ -400,6 +400,32 @@ fn files_do_not_name_each_other_in_circles() {
     assert!(arrows > 1000, "the sources were read: {arrows} arrows");
 }
 
+/// A mutant whose text has moved on stops the whole command that tries them.
+#[test]
+fn the_mutants_of_the_list_are_in_the_sources() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list = std::fs::read_to_string(root.join("tests/mutants/list.toml")).expect("the list");
+    let mut looked = 0;
+    for mutant in list.split("[[mutant]]").skip(1) {
+        let value = |key: &str| {
+            let line = mutant.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = "))?;
+            let text = line.strip_prefix('"').and_then(|l| l.strip_suffix('"'));
+            let plain =
+                |t: &str| t.replace("\\n", "\n").replace("\\\"", "\"").replace("\\\\", "\\");
+            Some(text.map_or_else(|| line.to_owned(), plain))
+        };
+        let [Some(file), Some(old)] = ["file", "old"].map(value) else {
+            panic!("no file or no old: {mutant}");
+        };
+        let text = std::fs::read_to_string(root.join(&file)).expect(&file);
+        let count = text.matches(&old).count();
+        let right = if value("nth").is_some() { count > 0 } else { count == 1 };
+        assert!(right, "{file} has {count} times: {old}");
+        looked += 1;
+    }
+    assert!(looked > 100, "{looked}");
+}
+
 /// Documents print figures by examples: each that they name is there.
 #[test]
 fn examples_that_documents_name_exist() {

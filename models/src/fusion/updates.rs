@@ -211,3 +211,19 @@ pub(super) fn again(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+
+    #[test]
+    fn of_weighted_plots_the_likeliest_stands_for_all() {
+        let plot = |x: f64| plot_at(0.0, x, 0.0, 1.0);
+        for (betas, x) in [([0.2, 0.7, 0.1], 1.0), ([0.6, 0.3, 0.1], 0.0), ([0.1, 0.3, 0.5], 2.0)] {
+            let plots: Vec<_> =
+                betas.iter().enumerate().map(|(k, b)| (plot(k as f64), *b)).collect();
+            assert_eq!(likeliest(&plots).position_m.x, x, "{betas:?}");
+        }
+    }
+}
