@@ -115,7 +115,9 @@ impl Core {
             self.movers[m].first_held += 1;
             if let Some(r) = strip.filter(|_| strip != then) {
                 self.end_crossing(m, r);
-                if then.is_none() {
+                // Who departs may have its own runway before its tail is over one that it crosses.
+                let lands = self.flights[m].direction == Direction::Arrival;
+                if then.is_none() && (lands || r == self.flights[m].runway.0) {
                     self.vacate(m);
                     self.end_clearance(m, "LND");
                 }
