@@ -40,8 +40,8 @@ pub const SIZES: [ClassSize; CLASSES] = [
     ClassSize { half_span_m: 40.0, length_m: 77.0, wheelbase_m: 33.0, fillet_m: 60.0 },
 ];
 
-/// Fillets at stands, m.
-pub const STAND_FILLET_M: f64 = 25.0;
+/// Fillets at stands, m: of vehicles and code A half as wide (assumed).
+const STAND_FILLET_M: [f64; CLASSES] = [12.0, 12.0, 25.0, 25.0, 25.0, 25.0, 25.0];
 /// Radius wanted at exits of at most 60 degrees, m (assumed: 25 m/s at 1.2 m/s²).
 pub const RAPID_EXIT_M: f64 = 500.0;
 /// Longest piece, m, and longest piece of a lead-in.
@@ -97,6 +97,8 @@ pub struct Pieces {
     conflicts: Vec<Vec<Vec<(u32, Class)>>>,
     /// By class: pieces that lie in the strip beside each spine piece, for a roll.
     strip_of: BTreeMap<usize, Vec<u32>>,
+    /// By stand and class: length of the straight line that ends at its node, m.
+    straight_m: Vec<[f64; CLASSES]>,
 }
 
 type Quad = [Vector2<f64>; 4];
@@ -128,6 +130,7 @@ impl Pieces {
         for (index, edge) in net.edges.iter().enumerate() {
             edge.nodes.iter().for_each(|n| at_node[*n].push(index));
         }
+        pieces.straight_m = (0..net.stands.len()).map(|s| straight_m(net, &at_node, s)).collect();
         pieces.conflicts = vec![Vec::new(); CLASSES];
         let mut areas: Vec<Vec<Vec<Quad>>> = vec![Vec::new(); CLASSES];
         for class in classes {
@@ -149,6 +152,12 @@ impl Pieces {
     #[must_use]
     pub fn class_for(&self, class: Class) -> Option<Class> {
         (class..CLASSES as Class).find(|c| !self.conflicts[*c as usize].is_empty())
+    }
+
+    /// Length of the straight line that ends at the node of a stand, whichever way one comes into its lead-in, m; 0 without one.
+    #[must_use]
+    pub fn straight_to_m(&self, stand: usize, class: Class) -> f64 {
+        self.straight_m.get(stand).map_or(0.0, |by_class| by_class[class as usize])
     }
 
     /// Pieces beside a spine piece that have to be empty while somebody rolls over it.
@@ -378,7 +387,7 @@ pub fn wanted_radius_m(
     let wanted = size.fillet_m.min((size.fillet_m * sharp).max(size.wheelbase_m));
     let at_stand = |e: usize| net.edges[e].nodes.iter().any(|n| net.nodes[*n].stand.is_some());
     if at_stand(edge) || at_stand(next) {
-        return wanted.min(STAND_FILLET_M);
+        return wanted.min(STAND_FILLET_M[class as usize]);
     }
     let on_runway = |e: usize| net.edges[e].runway.is_some();
     let rapid = on_runway(edge) != on_runway(next) && turn_rad.abs() < 61_f64.to_radians();
@@ -388,6 +397,32 @@ pub fn wanted_radius_m(
     // A gentle bend is driven in a wide arc that cuts the corner by no more than this.
     let cut = 1.0 / libm::cos(0.5 * turn_rad.abs().min(2.0)) - 1.0;
     wanted.max((GENTLE_CUT_M / cut.max(1e-9)).min(RAPID_EXIT_M))
+}
+
+/// By class: what the fillet at the other end leaves of the edge that leads to a stand, m.
+fn straight_m(net: &Network, at_node: &[Vec<usize>], stand: usize) -> [f64; CLASSES] {
+    let mut left_m = [0.0; CLASSES];
+    let Some(node) = net.stands[stand].node else { return left_m };
+    let [edge] = at_node[node][..] else { return left_m };
+    let other_end =
+        |e: usize, n: usize| net.edges[e].nodes[usize::from(net.edges[e].nodes[0] == n)];
+    let heading = |from: usize, to: usize| Azimuth::of(net.nodes[to].at_m - net.nodes[from].at_m);
+    let bend = other_end(edge, node);
+    for (class, left_m) in left_m.iter_mut().enumerate() {
+        let before = at_node[bend].iter().filter(|e| **e != edge).map(|before| {
+            let turn = heading(bend, node).rad() - heading(other_end(*before, bend), bend).rad();
+            let turn = wrap_pi(turn);
+            if turn.abs() > SHARPEST_TURN_DEG.to_radians() {
+                return 0.0;
+            }
+            let wanted_m = wanted_radius_m(net, *before, edge, turn, class as Class);
+            let radius_m =
+                fillet_radius_m(wanted_m, turn, net.length_m(*before), net.length_m(edge));
+            radius_m * libm::tan(0.5 * turn.abs())
+        });
+        *left_m = net.length_m(edge) - before.fold(0.0, f64::max);
+    }
+    left_m
 }
 
 /// How far an arc through a gentle bend may be from its corner, m (assumed).

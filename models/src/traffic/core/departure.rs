@@ -3,8 +3,8 @@
 mod push;
 mod to_runway;
 
-pub(super) use push::push_heading;
 use push::{Begin, nose_of};
+pub(super) use push::{SWING_M, push_heading};
 
 use super::failures::FailureKind;
 use super::plan::Start;

@@ -1,5 +1,6 @@
 //! Stands: what lies under an aircraft, which are free, who comes into the run.
 
+use super::departure::SWING_M;
 use super::{Core, Direction, Flight, Phase, Policy, Timing, class_of};
 use crate::frames::Azimuth;
 use crate::traffic::outline::Size;
@@ -8,13 +9,18 @@ use crate::traffic::way::Arcs;
 use std::sync::Arc;
 
 impl Core {
-    /// How far short of the node of a stand somebody of this size has his middle, m: tails stand in one line, and nobody
-    /// behind the place of the file.
+    /// How far short of the node of a stand somebody of this size has his middle, m: tails stand in one line, nobody behind the
+    /// place of the file, and, where his line is straight enough, nobody with all of his body beyond it.
     pub(super) fn short_of_node_m(&self, stand: usize, size: Size) -> f64 {
         let s = &self.net.stands[stand];
         let code = if s.code_known { s.code.min(5) } else { 2 };
         let longest_m = SIZES[usize::from(code) + 1].length_m;
-        (0.5 * (longest_m - size.length_m)).clamp(0.0, s.moved_m.max(0.0))
+        let in_line_m = 0.5 * (longest_m - size.length_m);
+        // A pushback begins on a straight line, before a nose is swung into the bend of the lead-in.
+        let straight_m = self.pieces.straight_to_m(stand, class_of(size));
+        let latest_m = straight_m - SWING_M - 0.1 * size.length_m;
+        let on_place_m = (s.moved_m - 0.5 * size.length_m).min(latest_m);
+        in_line_m.max(on_place_m).clamp(0.0, s.moved_m.max(0.0))
     }
 
     pub(super) fn stand_pose(&self, stand: usize, size: Size) -> (nalgebra::Vector2<f64>, f64) {

@@ -142,7 +142,7 @@ pub(in crate::traffic::core) fn push_heading(push: &Path, gear_m: f64) -> (f64, 
 }
 
 /// Way over which the nose is swung into a bend of a pushback, before and behind it, m (assumed).
-const SWING_M: f64 = 3.0;
+pub(in crate::traffic::core) const SWING_M: f64 = 3.0;
 
 /// The begin of a path, every two metres: as far as somebody who has been pushed back may be on it.
 pub(super) struct Begin<'a> {
