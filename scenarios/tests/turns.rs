@@ -1,0 +1,128 @@
+//! Who crosses a runway on the way to his own, and who stands where lead-ins are short: on airports drawn for it.
+
+#[allow(dead_code, reason = "this test draws by hand")]
+mod drawn;
+
+use drawn::Drawn;
+use models::traffic::core::Core;
+use scenarios::hours::{Held, Hour, hour};
+use std::path::PathBuf;
+
+/// An hour of a drawn airport and half an hour more, with `keys` of the generated traffic; every fourth frame is looked at.
+fn held(name: &str, airport: &Drawn, seed: u64, keys: &str) -> Held {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{seed}"));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(folder.join("X.apt.dat"), airport.text()).expect("a file");
+    let text = format!(
+        "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 3600\n[airport]\nlayout = \"X.apt.dat\"\n[[traffic]]\n\
+         kind = \"generated\"\n{keys}\n"
+    );
+    let scene = scenarios::load_text(&folder.join("scene.toml"), &text);
+    let scene = scene.unwrap_or_else(|e| panic!("{name}: {e}"));
+    std::fs::remove_dir_all(&folder).expect("removed");
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let looks = Hour { seed, every: 4, drain_s: 1800.0, stopping: 0.0 };
+    let step = &mut |core: &mut Core, frame| core.step(frame);
+    hour(behaving, &scene.run, &scene.airport.layout, &looks, step).expect("with truth")
+}
+
+/// Stands beside a lane that leads on from `from`, to `side` of the runway along x.
+fn apron(a: &mut Drawn, from: usize, (x, y): (f64, f64), side: f64, count: usize) {
+    let mut lane = a.node(x, y + 120.0 * side);
+    a.edge(from, lane, false, "C");
+    for k in 0..count {
+        let x = x + 60.0 * (k as f64 + 1.0);
+        let next = a.node(x, y + 120.0 * side);
+        a.edge(lane, next, false, "L");
+        lane = next;
+        a.stand(x, y + 215.0 * side, &format!("S{side}{k}"));
+    }
+}
+
+/// Two runways along x, ways over both at `places`, a taxiway beyond the near one and aprons, each beside one of the places.
+fn parallel(gap_m: f64, places: [f64; 4], aprons: &[(usize, usize)]) -> Drawn {
+    let mut a = Drawn { turned_rad: 0.7, ..Drawn::default() };
+    a.runway(0.0, 0.0, 2600.0, 0.0, ["13R", "31L"]);
+    a.runway(0.0, gap_m, 2600.0, gap_m, ["13L", "31R"]);
+    let taxi_y = gap_m + 180.0;
+    let mut before: Option<usize> = None;
+    for (i, x) in places.into_iter().enumerate() {
+        let top = a.node(x, taxi_y);
+        if let Some(before) = before {
+            a.edge(before, top, false, "A");
+        }
+        before = Some(top);
+        let mut from = top;
+        for y in [gap_m + 100.0, gap_m, 0.5 * gap_m, 0.0] {
+            let to = a.node(x, y);
+            a.edge(from, to, false, &format!("E{i}"));
+            from = to;
+        }
+        for (_, count) in aprons.iter().filter(|(at, _)| *at == i) {
+            apron(&mut a, top, (x, taxi_y), 1.0, *count);
+        }
+    }
+    a
+}
+
+/// Who departs over a runway to his own has that before his tail is over the other: at Flying Cloud he lost it then, a second one lined
+/// up behind him, and each stood for the other until the end.
+#[test]
+fn who_leaves_a_strip_on_its_way_keeps_its_own_runway() {
+    for (gap_m, mix) in [(200.0, "C172 = 1"), (240.0, "A320 = 1"), (300.0, "C550 = 1")] {
+        let keys = format!(
+            "arrivals_per_h = 2\ndepartures_per_h = 40\narrival_runways = [\"13R\"]\n\
+             departure_runways = [\"13R\"]\nmix = {{ {mix} }}"
+        );
+        let airport = parallel(gap_m, [10.0, 250.0, 1700.0, 2590.0], &[(0, 3), (2, 10)]);
+        let held = held(&format!("keeps-runway-{gap_m}"), &airport, 1, &keys);
+        let line_ups: Vec<_> = held.core.clearances().iter().filter(|c| c.kind == "LUP").collect();
+        assert!(line_ups.len() > 10, "{gap_m} m: {}", line_ups.len());
+        for (k, one) in line_ups.iter().enumerate() {
+            let open = |c: &&&&models::traffic::core::Clearance| {
+                c.runway == one.runway && c.until_s.is_none_or(|t| t > one.from_s)
+            };
+            let two = line_ups[..k].iter().find(|c| open(&c));
+            assert!(two.is_none(), "{gap_m} m: {two:?} and {one:?}");
+        }
+        assert_eq!(held.broken(), Vec::<String>::new(), "{gap_m} m");
+    }
+}
+
+/// Stands whose lead-ins are too short for the longest: at Flying Cloud, Marathon and others light aircraft stood up to 29 m beyond the
+/// place of the file, off the pavement, and were not on a stand to anybody who looked.
+#[test]
+fn small_aircraft_stand_where_the_file_has_their_stand() {
+    for (mix, seed, first_m, rate) in [
+        ("C172 = 1", 1, 306.0, 8),
+        ("C550 = 1, C172 = 1", 2, 316.0, 8),
+        ("AT75 = 1, C550 = 1", 3, 318.0, 4),
+    ] {
+        let mut a = Drawn { turned_rad: 0.3, ..Drawn::default() };
+        a.runway(0.0, 0.0, 2000.0, 0.0, ["09", "27"]);
+        let mut before: Option<usize> = None;
+        for (i, x) in [10.0, 800.0, 1990.0].into_iter().enumerate() {
+            let (foot, top) = (a.node(x, 0.0), a.node(x, 180.0));
+            a.edge(foot, top, false, &format!("E{i}"));
+            if let Some(before) = before {
+                a.edge(before, top, false, "A");
+            }
+            before = Some(top);
+            if i == 1 {
+                let mut lane = a.node(x, 300.0);
+                a.edge(top, lane, false, "C");
+                for k in 0..8 {
+                    let x = x + 80.0 * (f64::from(k) + 1.0);
+                    let next = a.node(x, 300.0);
+                    a.edge(lane, next, false, "L");
+                    lane = next;
+                    a.stand(x, first_m + 2.0 * f64::from(k), &format!("S{k}"));
+                }
+            }
+        }
+        let keys = format!("arrivals_per_h = {rate}\ndepartures_per_h = {rate}\nmix = {{ {mix} }}");
+        let held = held("short-lead-in", &a, seed, &keys);
+        assert_eq!(held.broken(), Vec::<String>::new(), "{mix}");
+        assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "{mix}");
+    }
+}
