@@ -1,7 +1,6 @@
 //! Inputs of a consumer: frame ends name PDUs, datagrams bring them, what is missing is asked for.
 
-use super::streams::holder;
-use super::{Effect, MAX_WAITING, Member, WallNs};
+use super::{CONDUCTOR, Effect, MAX_WAITING, Member, WallNs};
 use crate::runtime::digest::pdu_hash;
 use crate::runtime::federate::{FrameInputs, Octets};
 use crate::runtime::messages::{Frame, FrameEnds, Joined, Numbered, Repair, Repaired, Report};
@@ -424,4 +423,13 @@ impl Member {
         }
         inputs
     }
+}
+
+/// Whom to ask for what `name` made: itself twice, then in turn all who may hold it.
+pub(super) fn holder(name: &str, tries: u32, conductor: bool, consumers: &[String]) -> String {
+    let conductor = conductor.then_some(CONDUCTOR);
+    let all: Vec<&str> =
+        [name].into_iter().chain(conductor).chain(consumers.iter().map(String::as_str)).collect();
+    let turn = (tries as usize).saturating_sub(1) % all.len();
+    all[turn].to_owned()
 }

@@ -1,6 +1,6 @@
 //! The numbered streams between members: beats, what is lost and asked for again.
 
-use super::inputs::Incomplete;
+use super::inputs::{Incomplete, holder};
 use super::{CONDUCTOR, Effect, Member};
 use crate::runtime::clock::WallNs;
 use crate::runtime::messages::{Beat, FetchOf, Fetched, Order, Report};
@@ -127,13 +127,4 @@ impl Member {
         let pdus = self.incomplete.values().map(Incomplete::due);
         streams.chain(self.orders.deadline()).chain(pdus).chain(self.stands).min()
     }
-}
-
-/// Whom to ask for what `name` made: itself twice, then in turn all who may hold it.
-pub(super) fn holder(name: &str, tries: u32, conductor: bool, consumers: &[String]) -> String {
-    let conductor = conductor.then_some(CONDUCTOR);
-    let all: Vec<&str> =
-        [name].into_iter().chain(conductor).chain(consumers.iter().map(String::as_str)).collect();
-    let turn = (tries as usize).saturating_sub(1) % all.len();
-    all[turn].to_owned()
 }
