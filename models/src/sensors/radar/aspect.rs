@@ -1,4 +1,4 @@
-//! Centroid and glint of a class by aspect, from a table: what [`centroid`](super::extended::centroid) says, within a stated error.
+//! Centroid and glint of a class by aspect, from a table: what [`centroid`] says, within a stated error.
 //!
 //! Between the aspects at which a fuselage begins or ends to hide a scatterer, everything is smooth in the aspect.
 //! Half a degree is a cubic through four aspects, taken where between them it is within half of the stated error;
