@@ -12,49 +12,13 @@ use models::time::SimTime;
 use models::traffic::exact::Watch;
 use std::path::PathBuf;
 
-/// Runways along x, the near one `gap_m` beyond the far one, four ways over both, a taxiway and an apron beyond them.
-fn airport(gap_m: f64) -> String {
-    let mut a = Drawn { turned_rad: 0.7, ..Drawn::default() };
-    a.runway(0.0, 0.0, 2600.0, 0.0, ["13R", "31L"]);
-    a.runway(0.0, gap_m, 2600.0, gap_m, ["13L", "31R"]);
-    let taxi_y = gap_m + 180.0;
-    let mut before: Option<usize> = None;
-    let mut middle = 0;
-    for (i, x) in [10.0, 900.0, 1700.0, 2590.0].into_iter().enumerate() {
-        let top = a.node(x, taxi_y);
-        if let Some(before) = before {
-            a.edge(before, top, false, "A");
-        }
-        before = Some(top);
-        let mut from = top;
-        for y in [gap_m + 100.0, gap_m, 0.5 * gap_m, 0.0] {
-            let to = a.node(x, y);
-            a.edge(from, to, false, &format!("E{i}"));
-            from = to;
-        }
-        if i == 1 {
-            middle = top;
-        }
-    }
-    let lane_y = taxi_y + 120.0;
-    let mut lane = a.node(900.0, lane_y);
-    a.edge(middle, lane, false, "C");
-    for k in 0..14 {
-        let x = 960.0 + 60.0 * f64::from(k);
-        let next = a.node(x, lane_y);
-        a.edge(lane, next, false, "L");
-        lane = next;
-        a.stand(x, lane_y + 95.0, &format!("S{k}"));
-    }
-    a.text()
-}
-
 /// What the safety net raises on exact truth within 75 minutes, and the clearances that were left open.
 fn raised(gap_m: f64, seed: u64, arrivals: u32) -> (Vec<String>, usize) {
     let folder =
         PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("parallel-{gap_m}-{seed}"));
     std::fs::create_dir_all(&folder).expect("a folder");
-    std::fs::write(folder.join("X.apt.dat"), airport(gap_m)).expect("a file");
+    let airport = Drawn::parallel(gap_m, [10.0, 900.0, 1700.0, 2590.0], &[(1, 14)]);
+    std::fs::write(folder.join("X.apt.dat"), airport.text()).expect("a file");
     let text = format!(
         "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 3600\n[airport]\nlayout = \"X.apt.dat\"\n[[traffic]]\n\
          kind = \"generated\"\narrivals_per_h = {arrivals}\ndepartures_per_h = 14\n\

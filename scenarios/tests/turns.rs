@@ -26,45 +26,6 @@ fn held(name: &str, airport: &Drawn, seed: u64, keys: &str) -> Held {
     hour(behaving, &scene.run, &scene.airport.layout, &looks, step).expect("with truth")
 }
 
-/// Stands beside a lane that leads on from `from`, to `side` of the runway along x.
-fn apron(a: &mut Drawn, from: usize, (x, y): (f64, f64), side: f64, count: usize) {
-    let mut lane = a.node(x, y + 120.0 * side);
-    a.edge(from, lane, false, "C");
-    for k in 0..count {
-        let x = x + 60.0 * (k as f64 + 1.0);
-        let next = a.node(x, y + 120.0 * side);
-        a.edge(lane, next, false, "L");
-        lane = next;
-        a.stand(x, y + 215.0 * side, &format!("S{side}{k}"));
-    }
-}
-
-/// Two runways along x, ways over both at `places`, a taxiway beyond the near one and aprons, each beside one of the places.
-fn parallel(gap_m: f64, places: [f64; 4], aprons: &[(usize, usize)]) -> Drawn {
-    let mut a = Drawn { turned_rad: 0.7, ..Drawn::default() };
-    a.runway(0.0, 0.0, 2600.0, 0.0, ["13R", "31L"]);
-    a.runway(0.0, gap_m, 2600.0, gap_m, ["13L", "31R"]);
-    let taxi_y = gap_m + 180.0;
-    let mut before: Option<usize> = None;
-    for (i, x) in places.into_iter().enumerate() {
-        let top = a.node(x, taxi_y);
-        if let Some(before) = before {
-            a.edge(before, top, false, "A");
-        }
-        before = Some(top);
-        let mut from = top;
-        for y in [gap_m + 100.0, gap_m, 0.5 * gap_m, 0.0] {
-            let to = a.node(x, y);
-            a.edge(from, to, false, &format!("E{i}"));
-            from = to;
-        }
-        for (_, count) in aprons.iter().filter(|(at, _)| *at == i) {
-            apron(&mut a, top, (x, taxi_y), 1.0, *count);
-        }
-    }
-    a
-}
-
 /// Who departs over a runway to his own has that before his tail is over the other: at Flying Cloud he lost it then, a second one lined
 /// up behind him, and each stood for the other until the end.
 #[test]
@@ -74,7 +35,7 @@ fn who_leaves_a_strip_on_its_way_keeps_its_own_runway() {
             "arrivals_per_h = 2\ndepartures_per_h = 40\narrival_runways = [\"13R\"]\n\
              departure_runways = [\"13R\"]\nmix = {{ {mix} }}"
         );
-        let airport = parallel(gap_m, [10.0, 250.0, 1700.0, 2590.0], &[(0, 3), (2, 10)]);
+        let airport = Drawn::parallel(gap_m, [10.0, 250.0, 1700.0, 2590.0], &[(0, 3), (2, 10)]);
         let held = held(&format!("keeps-runway-{gap_m}"), &airport, 1, &keys);
         let line_ups: Vec<_> = held.core.clearances().iter().filter(|c| c.kind == "LUP").collect();
         assert!(line_ups.len() > 10, "{gap_m} m: {}", line_ups.len());

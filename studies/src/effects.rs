@@ -1,53 +1,23 @@
 //! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
 
 use crate::effects_common::{between, box_building, pick, row};
-use crate::effects_proof::{Near, ProofScene, SceneResult, adversary, proof_scene};
+use crate::effects_proof::{ProofScene, SceneResult, Targets, adversary, proof_scene};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::{Level, Tolerance};
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
-use models::plot::{Callsign, SensorId};
+use models::plot::SensorId;
 use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::radar::effects::RadarEffect;
 use models::sensors::radar::levels::RadarLevels;
 use models::sensors::radar::shadow::Building;
-use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, Truth};
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
 use scenarios::ScenarioError;
 use scenarios::sensors::asde::shipped;
 use std::sync::Arc;
-
-/// One target: class, where at time zero, velocity, heading.
-type Target = (TargetClass, Vector3<f64>, Vector3<f64>, f64);
-
-/// Targets that move straight on.
-#[derive(Clone, Debug)]
-pub struct Straight(Vec<Target>);
-
-impl Truth for Straight {
-    fn len(&self) -> usize {
-        self.0.len()
-    }
-    fn key(&self, index: usize) -> u64 {
-        index as u64 + 1
-    }
-    fn class(&self, index: usize) -> &TargetClass {
-        &self.0[index].0
-    }
-    fn callsign(&self, _: usize) -> Callsign {
-        Callsign::default()
-    }
-    fn address(&self, _: usize) -> Option<u32> {
-        None
-    }
-    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let (_, start, velocity_mps, heading_rad) = &self.0[index];
-        let position_m = start + velocity_mps * time.s();
-        Some(TargetState { position_m, velocity_mps: *velocity_mps, heading_rad: *heading_rad })
-    }
-}
 
 /// A radar, its weather, traffic and buildings.
 #[derive(Clone, Debug)]
@@ -55,12 +25,12 @@ pub struct RadarStudy {
     pub(crate) name: String,
     parameters: AsdeParameters,
     pub(crate) weather: Weather,
-    pub(crate) truth: Straight,
+    pub(crate) truth: Targets,
     buildings: Arc<[Building]>,
 }
 
 /// Vehicles, or vehicles and aircraft, within `reach_m` of the radar.
-fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64) -> Straight {
+fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64) -> Targets {
     let target = |rng: &mut ChaCha8Rng| {
         let aircraft = uniform(rng) < aircraft_share;
         let (long, high) = if aircraft { (30.0, 9.0) } else { (5.0, 2.2) };
@@ -83,7 +53,7 @@ fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64
         let place = Vector3::new(distance * sin, distance * cos, 0.0);
         (class, place, Vector3::new(speed * hs, speed * hc, 0.0), heading)
     };
-    Straight((0..count).map(|_| target(rng)).collect())
+    Targets { list: (0..count).map(|_| target(rng)).collect(), back_s: None }
 }
 
 /// The named scenes: from a dry apron to a storm over aircraft among buildings.
@@ -140,7 +110,7 @@ impl RadarStudy {
             name: self.name.clone(),
             parameters: self.parameters.clone(),
             weather: self.weather.clone(),
-            truth: Near(self.truth.0.clone()),
+            truth: Targets::near(self.truth.list.clone()),
             buildings: self.buildings.clone(),
             tolerance: Tolerance::default(),
         }

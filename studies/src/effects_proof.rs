@@ -10,7 +10,7 @@ mod worst;
 
 pub use play::judge_scene;
 pub use result::{SceneResult, TargetResult};
-pub use scene::{GENES, Genes, Near, ProofScene, named_cases, proof_scene};
+pub use scene::{GENES, Genes, ProofScene, Target, Targets, named_cases, proof_scene};
 pub use tails::{binomial_tail, poisson_tail};
 pub use worst::{Worst, adversary};
 

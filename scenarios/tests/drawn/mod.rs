@@ -70,6 +70,43 @@ impl Drawn {
             .expect("text");
     }
 
+    /// Two runways along x, 13L/31R `gap_m` beyond 13R/31L, ways over both at `places`, a taxiway beyond them and aprons, each beside one
+    /// of the places with so many stands.
+    #[allow(dead_code, reason = "not every test that draws has two runways")]
+    pub(crate) fn parallel(gap_m: f64, places: [f64; 4], aprons: &[(usize, usize)]) -> Self {
+        let mut a = Self { turned_rad: 0.7, ..Self::default() };
+        a.runway(0.0, 0.0, 2600.0, 0.0, ["13R", "31L"]);
+        a.runway(0.0, gap_m, 2600.0, gap_m, ["13L", "31R"]);
+        let taxi_y = gap_m + 180.0;
+        let mut tops: Vec<usize> = Vec::new();
+        for (i, x) in places.into_iter().enumerate() {
+            let top = a.node(x, taxi_y);
+            if let Some(before) = tops.last() {
+                a.edge(*before, top, false, "A");
+            }
+            tops.push(top);
+            let mut from = top;
+            for y in [gap_m + 100.0, gap_m, 0.5 * gap_m, 0.0] {
+                let to = a.node(x, y);
+                a.edge(from, to, false, &format!("E{i}"));
+                from = to;
+            }
+        }
+        for (at, count) in aprons {
+            let lane_y = taxi_y + 120.0;
+            let mut lane = a.node(places[*at], lane_y);
+            a.edge(tops[*at], lane, false, "C");
+            for k in 0..*count {
+                let x = places[*at] + 60.0 * (k as f64 + 1.0);
+                let next = a.node(x, lane_y);
+                a.edge(lane, next, false, "L");
+                lane = next;
+                a.stand(x, lane_y + 95.0, &format!("S{at}.{k}"));
+            }
+        }
+        a
+    }
+
     pub(crate) fn text(&self) -> String {
         let mut text = "I\n1000 Version - drawn at random\n\n1 30 0 0 XRND Random\n".to_owned();
         text += &self.runways;

@@ -18,22 +18,35 @@ use scenarios::sensors::asde::shipped;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Targets that stand, or go a little and come back: each stays near where it is.
+/// One target: class, where at time zero (airport frame, m), velocity (m/s), heading (rad).
+pub type Target = (TargetClass, Vector3<f64>, Vector3<f64>, f64);
+
+/// Targets that go straight on, or a little and come back: then each stays near where it is.
 #[derive(Clone, Debug)]
-pub struct Near(pub Vec<(TargetClass, Vector3<f64>, Vector3<f64>, f64)>);
+pub struct Targets {
+    /// One by one.
+    pub list: Vec<Target>,
+    /// After so many seconds each is back where it was; `None`: it goes on.
+    pub back_s: Option<f64>,
+}
 
-/// After so many seconds a target is back where it was.
-const BACK_S: f64 = 4.0;
+impl Targets {
+    /// They stay near where they are.
+    #[must_use]
+    pub fn near(list: Vec<Target>) -> Self {
+        Self { list, back_s: Some(4.0) }
+    }
+}
 
-impl Truth for Near {
+impl Truth for Targets {
     fn len(&self) -> usize {
-        self.0.len()
+        self.list.len()
     }
     fn key(&self, index: usize) -> u64 {
         index as u64 + 1
     }
     fn class(&self, index: usize) -> &TargetClass {
-        &self.0[index].0
+        &self.list[index].0
     }
     fn callsign(&self, _: usize) -> Callsign {
         Callsign::default()
@@ -42,9 +55,11 @@ impl Truth for Near {
         None
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let (_, start, velocity_mps, heading_rad) = &self.0[index];
-        let phase = time.s() / BACK_S;
-        let away_s = BACK_S * (phase - (phase + 0.5).floor()).abs();
+        let (_, start, velocity_mps, heading_rad) = &self.list[index];
+        let away_s = self.back_s.map_or(time.s(), |back_s| {
+            let phase = time.s() / back_s;
+            back_s * (phase - (phase + 0.5).floor()).abs()
+        });
         let position_m = start + velocity_mps * away_s;
         Some(TargetState { position_m, velocity_mps: *velocity_mps, heading_rad: *heading_rad })
     }
@@ -60,7 +75,7 @@ pub struct ProofScene {
     /// The weather at the start; its cells move with the wind.
     pub weather: Weather,
     /// The targets.
-    pub truth: Near,
+    pub truth: Targets,
     /// The buildings.
     pub buildings: Arc<[Building]>,
     /// What is tolerated.
@@ -254,7 +269,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
         name: format!("scene {n} of seed {seed}"),
         parameters: p,
         weather,
-        truth: Near(targets),
+        truth: Targets::near(targets),
         buildings: buildings.into(),
         tolerance,
     })
