@@ -104,7 +104,8 @@ pub fn open(
         interface: interface.unwrap_or_else(|| "the interface that the system chose".to_owned()),
         loss: receiving.loss,
     };
-    Ok(Box::new(UdpPlane { sender, refused: 0, drops, buffer, receiving, plane }))
+    let bundle = scene.bundle;
+    Ok(Box::new(UdpPlane { sender, bundle, refused: 0, drops, buffer, receiving, plane }))
 }
 
 /// Hears everything on the data plane, on a thread of its own, until the process ends.
@@ -252,6 +253,7 @@ fn probe_of(received: &pdu::Received<'_>, site: u16) -> Option<(String, bool)> {
 
 struct UdpPlane {
     sender: datalink::Sender,
+    bundle: Option<bool>,
     refused: u64,
     drops: Arc<AtomicU64>,
     buffer: (usize, usize),
@@ -259,12 +261,14 @@ struct UdpPlane {
     plane: Plane,
 }
 
-/// Of so many PDUs of one frame several travel in a datagram: a burst of single ones overflows receivers.
+/// Of so many PDUs of one frame several travel in a datagram, if the scene does not say otherwise: a burst of single ones
+/// overflows receivers.
 const MANY_PDUS: usize = 64;
 
 impl DataPlane for UdpPlane {
     fn send(&mut self, pdus: &[Octets]) {
-        let bundle = (pdus.len() >= MANY_PDUS).then(Bundle::default);
+        let several = self.bundle.unwrap_or(pdus.len() >= MANY_PDUS);
+        let bundle = several.then(Bundle::default);
         self.sender.set_packing(Packing { bundle, ..Packing::default() });
         if let Err(e) = self.sender.send_all(pdus.iter().map(|p| &p[..])) {
             if self.refused == 0 {

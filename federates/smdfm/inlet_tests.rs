@@ -251,6 +251,23 @@ fn what_comes_late_early_twice_or_from_afar_is_refused_and_counted() {
 }
 
 #[test]
+fn a_position_without_a_deviation_has_that_of_the_scene() {
+    let own = radar_alone("zurich");
+    for sigma_m in [5.0, 20.0] {
+        let mut foreign = foreign(live(), &[10], None);
+        foreign.sigma_m = sigma_m;
+        let scene = theirs(&own, foreign);
+        let mut inlets = inlets_of(&scene);
+        let octets = plot_at(&scene, 2.5, [300.0, 100.0]);
+        assert!(inlets.take(&plots(2.6, &scene, octets), scene.run.start_utc_ns));
+        let plot = scan_of(&mut inlets, &scene, 3).plots[0];
+        for variance_m2 in [plot.along_m2, plot.across_m2] {
+            assert!((variance_m2.sqrt() - sigma_m).abs() < 0.01 * sigma_m, "{plot:?}");
+        }
+    }
+}
+
+#[test]
 fn a_clock_of_its_own_is_taken_from_its_first_plot() {
     let own = radar_alone("zurich");
     let mut foreign = foreign(live(), &[10], None);

@@ -318,6 +318,24 @@ mod tests {
     }
 
     #[test]
+    fn only_the_addresses_of_the_scene_are_taken() {
+        let mut door = door(&[2, 3]);
+        let ForeignSource::Live { from, .. } = &mut door.sensors[0].1.source else {
+            unreachable!("live");
+        };
+        from.push("10.0.0.8".parse().expect("an address"));
+        // From 10.0.0.7: the second sensor takes anybody's.
+        knock(&mut door, UTC_NS, &datagram([2, 3].into_iter()));
+        assert_eq!(times(&door.admit(UTC_NS)), [(3, 1.0)]);
+        let ForeignSource::Live { from, .. } = &mut door.sensors[0].1.source else {
+            unreachable!("live");
+        };
+        from.push("10.0.0.7".parse().expect("an address"));
+        knock(&mut door, UTC_NS, &datagram([2, 3].into_iter()));
+        assert_eq!(times(&door.admit(UTC_NS)), [(2, 0.0), (3, 1.0)]);
+    }
+
+    #[test]
     fn damage_costs_what_is_behind_it() {
         let mut door = door(&[2]);
         let mut octets = datagram([2, 2].into_iter());

@@ -587,7 +587,7 @@ pub(crate) const NETWORK: &[Key] = &[
     Key::new("dis", Holds::Texts, "Where PDUs are sent, ADDRESS:PORT").or("127.255.255.255:3000"),
     Key::text("interface", "Address of the interface that they leave by"),
     Key::whole("ttl", 0, 255, "Routers that they may pass").or("1"),
-    Key::flag("bundle", "Whether several PDUs share a datagram").or("false"),
+    Key::flag("bundle", "Whether several PDUs share a datagram").or("from 64 PDUs of a frame on"),
     Key::new("sync_listen", Holds::Texts, "Endpoints of the synchronisation plane to listen at"),
     Key::new("sync_connect", Holds::Texts, "Endpoints of it to connect to"),
     Key::new(
@@ -657,22 +657,22 @@ pub(crate) const FAILURE: &[Key] = &[
 
 pub(crate) const SHAPE: &[Key] = &[
     Key::text("name", "Its name, as types.csv says it").needed(),
-    Key::number("length_m", "m", -1e9, 1e9, "Length of the target that it is of").needed(),
-    Key::number("span_m", "m", -1e9, 1e9, "Its span").needed(),
-    Key::number("rcs_m2", "m²", -1e9, 1e9, "Its median echo").needed(),
+    Key::number("length_m", "m", 0.1, 200.0, "Length of the target that it is of").needed(),
+    Key::number("span_m", "m", 0.1, 200.0, "Its span").needed(),
+    Key::number("rcs_m2", "m²", 1e-3, 1e5, "Its median echo").needed(),
     Key::text("source", "Where the shape comes from").needed(),
     Key::number(
         "fuselage_radius",
         "",
-        -1e9,
-        1e9,
+        0.0,
+        0.5,
         "With `flash`: radius of the fuselage, share of the length",
     ),
     Key::number(
         "behind_fuselage",
         "",
-        -1e9,
-        1e9,
+        0.0,
+        1.0,
         "With `flash`: what a wing keeps behind the fuselage",
     ),
     Key::new("flash", Holds::Table(FLASH), "Echo of a fuselage seen from the side"),
@@ -685,17 +685,17 @@ pub(crate) const SHAPE: &[Key] = &[
 ];
 
 pub(crate) const FLASH: &[Key] = &[
-    Key::number("base", "", -1e9, 1e9, "Share of the echo away from the side").needed(),
-    Key::number("peak", "", -1e9, 1e9, "Share of it at the side").needed(),
-    Key::number("width_deg", "", -1e9, 1e9, "Width of the flash").needed(),
+    Key::number("base", "", 0.0, 100.0, "Share of the echo away from the side").needed(),
+    Key::number("peak", "", 0.0, 100.0, "Share of it at the side").needed(),
+    Key::number("width_deg", "°", 0.5, 90.0, "Width of the flash").needed(),
     Key::new(
         "points",
-        Holds::Numbers { least: -1e9, most: 1e9 },
-        "Where along the fuselage it comes from",
+        Holds::Numbers { least: -0.5, most: 0.5 },
+        "Where along the fuselage it comes from, in lengths",
     ),
 ];
 
 pub(crate) const LIMITS: &[Key] = &[
-    Key::number("below", "", -1e9, 1e9, "Below it").needed(),
-    Key::number("above", "", -1e9, 1e9, "Above it").needed(),
+    Key::number("below", "dB", 0.0, 60.0, "Below it").needed(),
+    Key::number("above", "dB", 0.0, 60.0, "Above it").needed(),
 ];

@@ -15,8 +15,8 @@ pub struct Network {
     pub interface: Option<IpAddr>,
     /// Time to live of DIS datagrams.
     pub ttl: u8,
-    /// Several PDUs in one datagram.
-    pub bundle: bool,
+    /// Whether several PDUs share a datagram; none: where a frame has many.
+    pub bundle: Option<bool>,
     /// Endpoints of the synchronisation plane to listen at.
     pub sync_listen: Vec<String>,
     /// Endpoints of the synchronisation plane to connect to.
@@ -34,7 +34,7 @@ impl Default for Network {
             dis: vec![SocketAddr::from(([127, 255, 255, 255], 3000))],
             interface: None,
             ttl: 1,
-            bundle: false,
+            bundle: None,
             sync_listen: Vec::new(),
             sync_connect: Vec::new(),
             losses: Losses::default(),
@@ -69,7 +69,7 @@ pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
         })?);
     }
     network.ttl = section.integer("ttl", 0, 255)?.unwrap_or(i64::from(network.ttl)) as u8;
-    network.bundle = section.flag("bundle")?.unwrap_or(network.bundle);
+    network.bundle = section.flag("bundle")?;
     let endpoints = |key| -> Result<Vec<String>, ScenarioError> {
         Ok(section.texts(key)?.into_iter().map(|(text, _)| text).collect())
     };

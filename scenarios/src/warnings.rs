@@ -2,10 +2,14 @@
 //!
 //! `# seeds: allow W07` on the line of a warning silences it.
 
+use crate::control::Sees;
 use crate::document::Section;
 use crate::error::ScenarioError;
 use crate::{Scene, load_text};
 use models::frames::Vector2;
+use models::fusion::config::AssociationMethod;
+use models::sensors::asde::{DetectionRule, Energy};
+use models::sensors::radar::equation::Polarisation;
 use std::path::Path;
 
 /// One warning.
@@ -240,6 +244,57 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
                 ),
             );
         }
+    }
+    for (section, key, holds) in idle(scene, root, &sensors)? {
+        say(16, &section, key, format!("does nothing here: it holds {holds}"));
+    }
+    Ok(found)
+}
+
+/// Keys that are given where another key's value leaves them nothing to do, and where they hold.
+fn idle(
+    scene: &Scene,
+    root: &Section,
+    sensors: &[Section],
+) -> Result<Vec<(Section, &'static str, &'static str)>, ScenarioError> {
+    let mut found = Vec::new();
+    let mut note = |section: &Section, rows: &[(bool, &'static str, &'static str)]| {
+        let given = rows.iter().filter(|(idle, key, _)| *idle && section.has(key));
+        found.extend(given.map(|(_, key, holds)| (section.clone(), *key, *holds)));
+    };
+    if let Some(tracking) = root.any_section("tracking")? {
+        let joint = matches!(scene.tracking.config.association, AssociationMethod::Joint { .. });
+        note(&tracking, &[(!joint, "joint_limit", "with association = \"joint\"")]);
+    }
+    if let Some(control) = root.any_section("control")? {
+        let nothing = scene.control.sees != Sees::Tracks;
+        let with = "with sees = \"tracks\"";
+        let bars = !scene.control.stop_bars;
+        note(
+            &control,
+            &[
+                (nothing, "confirm_scans", with),
+                (nothing, "strip_margin_m", with),
+                (nothing || bars, "bar_margin_m", "with sees = \"tracks\" and stop_bars = true"),
+            ],
+        );
+    }
+    for (sensor, section) in scene.sensors.iter().zip(sensors) {
+        let Some(radar) = &sensor.asde else { continue };
+        let Some(overrides) = section.any_section("overrides")? else { continue };
+        let of = &radar.parameters;
+        let linear = of.polarisation != Polarisation::Circular;
+        let circular = "with polarisation = \"circular\"";
+        note(
+            &overrides,
+            &[
+                (of.detection != DetectionRule::Threshold, "pd", "with detection = \"threshold\""),
+                (of.energy == Energy::SinglePulse, "dwell_factor", "with energy = \"dwell\""),
+                (of.frequency_agile, "rain_spread_mps", "with frequency_agile = false"),
+                (linear, "axial_ratio_db", circular),
+                (linear, "circular_target_loss_db", circular),
+            ],
+        );
     }
     Ok(found)
 }

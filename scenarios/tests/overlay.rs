@@ -87,6 +87,35 @@ fn each_row_of_an_overlay_does_what_it_says() {
     assert_eq!(said.len(), 9, "{said:?}");
 }
 
+/// A taxiway, and what is closed, may be named by the edge between two nodes; an edge that is added has the width that it is given.
+#[test]
+fn a_row_may_name_an_edge() {
+    let layout = scene("plain-edges.toml", "").expect("sound").airport.layout;
+    let between = |e: &models::airport::Edge| {
+        [&layout.nodes[e.from].name, &layout.nodes[e.to].name].map(String::clone)
+    };
+    let open: Vec<_> =
+        layout.edges.iter().filter(|e| !e.runway && e.two_way && e.name == "D").collect();
+    let [narrow, closed] = [between(open[0]), between(open[1])];
+    let text = format!(
+        "[[edge]]\nbetween = [\"12006\", \"GA_Ramp_14\"]\nname = \"X\"\nwidth_m = 31\n\
+         [[taxiway]]\nedge = {narrow:?}\nwidth_m = 17\none_way = true\n[[closed]]\nedge = {closed:?}\n"
+    );
+    let changed = scene("edges.toml", &text).unwrap_or_else(|e| panic!("{e}")).airport.layout;
+    let of = |names: &[String; 2]| {
+        let name = |n: usize| &changed.nodes[n].name;
+        let found = changed.edges.iter().find(|e| {
+            [name(e.from), name(e.to)] == [&names[0], &names[1]]
+                || [name(e.to), name(e.from)] == [&names[0], &names[1]]
+        });
+        found.map(|e| (e.width_m, e.two_way, name(e.from).clone()))
+    };
+    assert_eq!(of(&narrow), Some((17.0, false, narrow[0].clone())));
+    assert_eq!(of(&closed), None);
+    let x = changed.edges.iter().find(|e| e.name == "X").expect("added");
+    assert_eq!((x.width_m, x.two_way), (31.0, true));
+}
+
 /// Traffic keeps off what is closed, and lands and takes off where the overlay says.
 #[test]
 fn nobody_drives_over_a_closed_area_and_runways_in_use_are_used() {

@@ -97,6 +97,34 @@ fn what_is_silly_is_said_with_number_line_and_cure_and_can_be_silenced() {
             assert!(found.iter().all(|w| w.word() != number), "{found:?}");
         }
     }
+    // What another key's value leaves nothing to do.
+    let radar = "parameters = \"ku_asde3\"\n";
+    for (from, to, words) in [
+        ("[tracking]\n", "[tracking]\njoint_limit = 50\n", "association"),
+        ("[tracking]\n", "[control]\nconfirm_scans = 2\nsees = \"truth\"\n[tracking]\n", "tracks"),
+        (
+            "[tracking]\n",
+            "[control]\nbar_margin_m = 2\nsees = \"tracks\"\n[tracking]\n",
+            "stop_bars",
+        ),
+        (radar, "parameters = \"ku_asde3\"\noverrides = { pd = 0.8 }\n", "threshold"),
+        (
+            radar,
+            "parameters = \"ku_asde3\"\noverrides = { polarisation = \"vertical\", axial_ratio_db = 2 }\n",
+            "circular",
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let (_, found) = check(&zurich(), &text.replacen(from, to, 1)).expect("legal");
+        let idle: Vec<_> = found.iter().filter(|w| w.word() == "W16").collect();
+        assert!(
+            idle.len() == 1 && idle[0].text.contains(words) && idle[0].line > 0,
+            "{to}: {found:?}"
+        );
+    }
+    let (from, both) = ("[tracking]\n", "[tracking]\nassociation = \"joint\"\njoint_limit = 50\n");
+    let (_, found) = check(&zurich(), &text.replacen(from, both, 1)).expect("legal");
+    assert!(found.iter().all(|w| w.word() != "W16"), "{found:?}");
     let nobody = text.split("[[sensor]]").next().expect("a head");
     let (_, found) = check(&zurich(), nobody).expect("legal");
     assert!(found.iter().any(|w| w.word() == "W09"), "{found:?}");
