@@ -3,6 +3,7 @@
 //!
 //! `cargo run --release -p studies --example effects -- named [A..B]`: the named scenes of the study by seed.
 //! `… -- random SEED A..B [SCANS]`: scenes of the whole space by number; only those beyond, and what all of them use at most.
+//! `… -- edges SEED A..B [SCANS [EDGE]]`: the same put on edges: of boxes, of the display, of tolerances, with shapes of their own; all or one.
 //! `… -- search SEED RESTARTS [GENERATIONS]`: a search for the worst scene.
 //! `… -- cases FILE SCANS`: cases of a file like `tests/data/effects-cases.csv`, with three seeds of draws each.
 //! `… -- scenes SCENE…`: the radar of scenes that were written, flights that behave driven.
@@ -10,10 +11,12 @@
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::effects::Tolerance;
-use scenarios::locate;
+use scenarios::{ScenarioError, locate};
 use std::error::Error;
 use std::ops::Range;
-use studies::effects_proof::{SceneResult, adversary, judge_scene, named_cases, proof_scene};
+use studies::effects_proof::{
+    Edge, ProofScene, SceneResult, Search, edge_scene, judge_scene, named_cases, proof_scene,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -22,11 +25,28 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["named", rest @ ..] => named(range(rest.first().copied().unwrap_or("1..11"))?),
         ["random", seed, numbers, rest @ ..] => {
             let scans = rest.first().map_or(Ok(400), |s| s.parse())?;
-            random(seed.parse()?, range(numbers)?, scans)
+            let seed = seed.parse()?;
+            random(seed, range(numbers)?, scans, &|n| proof_scene(seed, n, &[]))
+        }
+        ["edges", seed, numbers, rest @ ..] => {
+            let scans = rest.first().map_or(Ok(400), |s| s.parse())?;
+            let only = rest.get(1).map(|word| {
+                let found = Edge::ALL.into_iter().find(|e| format!("{e:?}") == **word);
+                found.ok_or_else(|| format!("{word} is no edge: {:?}", Edge::ALL))
+            });
+            let (seed, only) = (seed.parse()?, only.transpose()?);
+            random(seed, range(numbers)?, scans, &|n| edge_scene(seed, n, only))
         }
         ["search", seed, restarts, rest @ ..] => {
             let generations = rest.first().map_or(Ok(60), |s| s.parse())?;
-            for worst in adversary(seed.parse()?, restarts.parse()?, generations, 100)? {
+            let search = Search { seed: seed.parse()?, generations, scans: 100 };
+            for restart in 0..restarts.parse()? {
+                let mut tell = |generation: u64, ratio: f64| {
+                    if generation % 10 == 0 && generation < generations {
+                        println!("  restart {restart}, generation {generation}: {ratio:.2} so far");
+                    }
+                };
+                let worst = search.restart(restart, &mut tell)?;
                 println!("{:.2} in {}", worst.ratio, worst.scene.name);
                 let genes: Vec<String> = worst.genes.iter().map(|g| format!("{g:.6}")).collect();
                 for violation in &worst.violations {
@@ -63,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             Ok(())
         }
-        _ => Err("named [A..B] | random SEED A..B [SCANS] | search SEED RESTARTS [GENERATIONS] | cases FILE SCANS | scenes SCENE… | why SCENE…".into()),
+        _ => Err("named [A..B] | random SEED A..B [SCANS] | edges SEED A..B [SCANS [EDGE]] | search SEED RESTARTS [GENERATIONS] | cases FILE SCANS | scenes SCENE… | why SCENE…".into()),
     }
 }
 
@@ -105,17 +125,22 @@ fn named(seeds: Range<u64>) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn random(seed: u64, numbers: Range<u64>, scans: u64) -> Result<(), Box<dyn Error>> {
+fn random(
+    seed: u64,
+    numbers: Range<u64>,
+    scans: u64,
+    make: &dyn Fn(u64) -> Result<ProofScene, ScenarioError>,
+) -> Result<(), Box<dyn Error>> {
     let (mut most, mut targets, mut count) = ([0.0f64; 3], 0, 0);
     for n in numbers {
-        let scene = proof_scene(seed, n, &[])?;
+        let scene = make(n)?;
         let (result, beyond) = scene.judge(seed + n, scans, &|radar| radar)?;
         let largest = result.largest(&scene.tolerance);
         (0..3).for_each(|i| most[i] = most[i].max(largest[i]));
         targets += result.targets.len();
         count += 1;
         if !beyond.is_empty() {
-            println!("BEYOND {seed},{n}: {beyond:#?}");
+            println!("BEYOND {seed},{n} {}: {beyond:#?}", scene.name);
         }
         if n % 1000 == 999 {
             println!(

@@ -1,7 +1,7 @@
 //! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
 
 use crate::effects_common::{between, box_building, pick, row};
-use crate::effects_proof::{ProofScene, SceneResult, Targets, adversary, proof_scene};
+use crate::effects_proof::{ProofScene, SceneResult, Search, Targets, proof_scene};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::{Level, Tolerance};
@@ -113,6 +113,7 @@ impl RadarStudy {
             truth: Targets::near(self.truth.list.clone()),
             buildings: self.buildings.clone(),
             tolerance: Tolerance::default(),
+            turns: 1.0,
         }
     }
 }
@@ -229,7 +230,9 @@ fn search(
 ) -> Result<(), ScenarioError> {
     const GENERATIONS: u64 = 60;
     let name = format!("search for the worst scene, {restarts} restarts");
-    for worst in adversary(seed, restarts, GENERATIONS, 100)? {
+    let search = Search { seed, generations: GENERATIONS, scans: 100 };
+    for restart in 0..restarts {
+        let worst = search.restart(restart, &mut |_, _| ())?;
         let genes: Vec<String> = worst.genes.iter().map(|g| format!("{g:.6}")).collect();
         let line = |v: &String| format!("{v}; genes {}", genes.join(" "));
         out.push(Row {
@@ -238,8 +241,8 @@ fn search(
             failed: worst.violations.iter().map(line).collect(),
             ..row(&name, worst.scene.name.clone())
         });
+        step(&format!("{name}: {} of them, the last at {:.2}", restart + 1, worst.ratio));
     }
-    step(&name);
     Ok(())
 }
 

@@ -2,17 +2,19 @@
 //! whole space that a scene may state; nothing is pooled.
 
 mod costs;
+mod edges;
 mod play;
 mod result;
 mod scene;
 mod tails;
 mod worst;
 
+pub use edges::{Edge, edge_scene};
 pub use play::judge_scene;
 pub use result::{SceneResult, TargetResult};
 pub use scene::{GENES, Genes, ProofScene, Target, Targets, named_cases, proof_scene};
 pub use tails::{binomial_tail, poisson_tail};
-pub use worst::{Worst, adversary};
+pub use worst::{Search, Worst};
 
 #[cfg(test)]
 mod tests {

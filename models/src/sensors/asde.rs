@@ -36,6 +36,7 @@ pub use crate::sensors::radar::parameters::{
 use crate::sensors::radar::shadow::{
     Building, SightLine, Skyline, Traffic, aircraft_obstacles, edge_reach_m,
 };
+use crate::sensors::radar::span::Span;
 use crate::sensors::radar::video::CellRadar;
 use crate::sensors::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::time::SimTime;
@@ -59,8 +60,6 @@ pub struct Asde {
     table: PdTable,
     /// Ratio at which a plot is declared (rule `threshold`).
     required: f64,
-    /// Largest thermal deviation of a range, m.
-    most_sigma_m: f64,
     /// Least ratio in the accuracy formulas: a detected echo has at least this.
     least_ratio: f64,
     buildings: Arc<[Building]>,
@@ -217,7 +216,6 @@ impl Asde {
             site_m,
             radar: parameters.radar(),
             required: detector.required_snr(parameters.pd, parameters.swerling),
-            most_sigma_m: parameters.thermal_sigmas(least_ratio).0,
             least_ratio,
             grid: CellRadar::of(&parameters),
             table: PdTable::new(&detector, parameters.swerling),
@@ -422,13 +420,23 @@ impl Asde {
 
     /// The range at which an echo from `slant_m` appears, if that is displayed.
     fn apparent_m(&self, levels: &RadarLevels, slant_m: f64) -> Option<f64> {
-        let p = &self.parameters;
-        let unambiguous = p.unambiguous_m();
-        let mut range_m = slant_m;
+        let range_m = slant_m - self.folded_m(levels, slant_m);
+        self.shown().contains(range_m).then_some(range_m)
+    }
+
+    /// By how much an echo from `slant_m` appears nearer than it is: whole unambiguous ranges.
+    fn folded_m(&self, levels: &RadarLevels, slant_m: f64) -> f64 {
+        let unambiguous = self.parameters.unambiguous_m();
         if levels.second_trace && slant_m > unambiguous {
-            range_m -= (slant_m / unambiguous).floor() * unambiguous;
+            (slant_m / unambiguous).floor() * unambiguous
+        } else {
+            0.0
         }
-        (range_m >= p.range_min_m && range_m <= p.range_max_m).then_some(range_m)
+    }
+
+    /// Slant ranges that are displayed.
+    fn shown(&self) -> Span {
+        Span { low: self.parameters.range_min_m, high: self.parameters.range_max_m }
     }
 
     /// Two-way loss by buildings and aircraft on the sight line; `None` where it is cut and the level
@@ -737,8 +745,11 @@ impl Asde {
         // What is stated follows from what was measured: the strength of this look, and a glint for all alike.
         let (stated_range_m, stated_azimuth_rad) = self.sigmas(strength, r.budget.reflected);
         let glint_m = self.stated_glint_m(levels);
+        // Whose middle is displayed has part of its echo in the display: there the extractor measures it.
+        let shown_m = slant_m - self.folded_m(levels, r.budget.range_m);
+        let shown = self.shown();
         let measured = Polar {
-            range_m: self.apparent_m(levels, slant_m)?,
+            range_m: shown_m.clamp(shown.low, shown.high),
             azimuth_rad: r.azimuth_rad + draws.azimuth_rad + draws.glint_across_m / ground_m,
             sigma_range_m: libm::hypot(stated_range_m, glint_m),
             sigma_azimuth_rad: libm::hypot(stated_azimuth_rad, glint_m / ground_m),

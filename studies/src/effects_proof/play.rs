@@ -33,7 +33,7 @@ impl ProofScene {
         let mut planned = change(self.radar()?.tolerating(self.tolerance));
         let mut exact = self.radar()?.at_levels(RadarLevels::EXACT);
         let mut result = SceneResult::new(self.truth.len());
-        let turn_s = 60.0 / self.parameters.rotation_rpm;
+        let turn_s = self.turns * 60.0 / self.parameters.rotation_rpm;
         let limit_m = 5.0 * self.tolerance.position_m;
         let mut weather = self.weather.clone();
         for scan in 1..=scans {
@@ -51,6 +51,8 @@ impl ProofScene {
             result.scans += 1;
             result.add(&a, &b, limit_m);
         }
+        // What is promised of a scan holds for each turn of a longer one.
+        result.of_turns(self.turns.ceil() as u64);
         let mut costs = Costs::default();
         costs.add(&planned);
         costs.tell(&mut result);

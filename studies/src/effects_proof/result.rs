@@ -130,6 +130,12 @@ impl SceneResult {
         self.false_plots += b_false.iter().filter(|f| lacks(&a_false, f)).count() as u64;
     }
 
+    /// Every scan was of so many turns.
+    pub(super) fn of_turns(&mut self, turns: u64) {
+        self.scans *= turns;
+        self.targets.iter_mut().for_each(|target| target.scans *= turns);
+    }
+
     pub(super) fn is_suspicious(&self, tolerance: &Tolerance) -> bool {
         let rare = |n: u64, p: f64, k: u64| binomial_tail(n, p, k) < 1e-4;
         let limit2 = tolerance.position_m * tolerance.position_m;
@@ -178,8 +184,8 @@ impl SceneResult {
             }
             if t.is_shifted(tolerance) {
                 found.push(format!(
-                    "target {n}: {:.4} m rms over {} plots, {} m tolerated",
-                    t.rms_m(),
+                    "target {n}: {} m rms over {} plots, {} m tolerated",
+                    digits(t.rms_m()),
                     t.both,
                     tolerance.position_m
                 ));
@@ -228,6 +234,11 @@ impl SceneResult {
             self.false_plots as f64 / self.scans.max(1) as f64 / tolerance.false_plots,
         ]
     }
+}
+
+/// A length with four digits behind the point, or in powers of ten where these say nothing.
+fn digits(metres: f64) -> String {
+    if metres < 1e-3 { format!("{metres:.2e}") } else { format!("{metres:.4}") }
 }
 
 #[cfg(test)]

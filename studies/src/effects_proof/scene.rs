@@ -80,6 +80,8 @@ pub struct ProofScene {
     pub buildings: Arc<[Building]>,
     /// What is tolerated.
     pub tolerance: Tolerance,
+    /// Turns of the antenna in a scan.
+    pub turns: f64,
 }
 
 /// Numbers between 0 and 1 from which a scene is made: of a generator, or of a search.
@@ -90,7 +92,7 @@ pub struct Genes<'a> {
 }
 
 impl<'a> Genes<'a> {
-    fn new(seed: u64, n: u64, given: &'a [f64]) -> Self {
+    pub(super) fn new(seed: u64, n: u64, given: &'a [f64]) -> Self {
         let key = DrawKey { run_seed: seed, sensor: 9, entity: n, scan: 0 };
         Self { rng: key.rng(Purpose::Study), given, next: 0 }
     }
@@ -101,20 +103,20 @@ impl<'a> Genes<'a> {
         self.given.get(self.next - 1).copied().unwrap_or(own)
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
     /// Equal shares of equal ratios.
-    fn scaled(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn scaled(&mut self, low: f64, high: f64) -> f64 {
         low * libm::exp(self.unit() * libm::log(high / low))
     }
 
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+    pub(super) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[((self.unit() * from.len() as f64) as usize).min(from.len() - 1)]
     }
 
-    fn chance(&mut self, share: f64) -> bool {
+    pub(super) fn chance(&mut self, share: f64) -> bool {
         self.unit() < share
     }
 }
@@ -272,6 +274,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
         truth: Targets::near(targets),
         buildings: buildings.into(),
         tolerance,
+        turns: 1.0,
     })
 }
 

@@ -22,19 +22,29 @@ pub struct Worst {
 const PARENTS: usize = 4;
 const CHILDREN: usize = 16;
 
-/// Searches for the worst scene: an evolution of the numbers that make one, from the worst of some
-/// random scenes on; each restart by itself.
-///
-/// # Errors
-/// If a parameter set that ships is missing.
-pub fn adversary(
-    seed: u64,
-    restarts: u64,
-    generations: u64,
-    scans: u64,
-) -> Result<Vec<Worst>, ScenarioError> {
-    let mut found = Vec::new();
-    for restart in 0..restarts {
+/// A search for the worst scene: an evolution of the numbers that make one, from the worst of some random scenes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// Seed of all its draws.
+    pub seed: u64,
+    /// Generations of each restart.
+    pub generations: u64,
+    /// Scans that a scene is played.
+    pub scans: u64,
+}
+
+impl Search {
+    /// One restart, by itself; `tell` hears after each generation how many there were and the largest measured over
+    /// allowed so far.
+    ///
+    /// # Errors
+    /// If a parameter set that ships is missing.
+    pub fn restart(
+        &self,
+        restart: u64,
+        tell: &mut dyn FnMut(u64, f64),
+    ) -> Result<Worst, ScenarioError> {
+        let Self { seed, generations, scans } = *self;
         let key = DrawKey { run_seed: seed, sensor: 10, entity: restart, scan: 0 };
         let rng = &mut key.rng(Purpose::Study);
         let number = 1_000_000 + restart;
@@ -53,7 +63,7 @@ pub fn adversary(
         worst_first(&mut population);
         population.truncate(PARENTS);
         let mut step = 0.2;
-        for _ in 0..generations {
+        for generation in 1..=generations {
             let before = population[0].0;
             let mut better = 0;
             for _ in 0..CHILDREN {
@@ -79,14 +89,14 @@ pub fn adversary(
             step = f64::clamp(step, 0.01, 0.5);
             worst_first(&mut population);
             population.truncate(PARENTS);
+            tell(generation, population[0].0);
         }
         let (ratio, genes) = population.swap_remove(0);
         let scene = proof_scene(seed, number, &genes)?;
         let judged = scene.beyond(seed + 77, 20 * scans, &|radar| radar);
         let violations = judged.unwrap_or_else(|e| vec![e]);
-        found.push(Worst { ratio, genes, scene, violations });
+        Ok(Worst { ratio, genes, scene, violations })
     }
-    Ok(found)
 }
 
 #[cfg(test)]
@@ -95,7 +105,14 @@ mod tests {
 
     #[test]
     fn a_search_for_the_worst_scene_finds_none_beyond_its_tolerance() {
-        for worst in adversary(3, 2, 6, 60).expect("sets ship") {
+        let search = Search { seed: 3, generations: 6, scans: 60 };
+        for restart in 0..2 {
+            let mut told = Vec::new();
+            let worst = search.restart(restart, &mut |n, ratio| told.push((n, ratio)));
+            let worst = worst.expect("sets ship");
+            assert!(told.iter().map(|t| t.0).eq(1..=6), "one after the other: {told:?}");
+            assert!(told.is_sorted_by_key(|t| t.1), "a worse scene is never given up: {told:?}");
+            assert_eq!(told.last().map(|t| t.1), Some(worst.ratio));
             println!("{:.2} of the tolerance in {}", worst.ratio, worst.scene.name);
             assert!(worst.violations.is_empty(), "{:#?} in {:#?}", worst.violations, worst.scene);
         }

@@ -14,7 +14,6 @@ use crate::sensors::radar::detection::PdTable;
 use crate::sensors::radar::effects::RadarEffect;
 use crate::sensors::radar::ghost::{Facade, ghost_power};
 use crate::sensors::radar::levels::RadarLevels;
-use crate::sensors::radar::span::Span;
 use std::f64::consts::TAU;
 
 /// How a target was simulated in a scan.
@@ -264,11 +263,6 @@ impl Asde {
         found.map_or((0.0, 0.0), |outcome| (outcome.rms_m, outcome.detection))
     }
 
-    /// Slant ranges that are displayed.
-    fn shown(&self) -> Span {
-        Span { low: self.parameters.range_min_m, high: self.parameters.range_max_m }
-    }
-
     /// Where a target of a class is seen from the radar.
     pub(super) fn sight(
         &self,
@@ -305,15 +299,9 @@ impl Asde {
         }
         let place = planner.class(class, *guess)?;
         *guess = place;
-        let facts = planner.facts(place);
-        // Beyond the edge nothing is displayed; so near it that errors may carry a plot over it, the plan
-        // reckons with that.
-        let margin_m = facts.bias_m + 8.0 * (self.most_sigma_m + facts.along_m.1);
-        let (shown, slant_m) = (self.shown(), sight.slant_m);
-        if !shown.contains(slant_m) {
+        if !self.shown().contains(sight.slant_m) {
             return None;
         }
-        let edge = slant_m < shown.low + margin_m || slant_m > shown.high - margin_m;
         let sector = sight.sector;
         let (mut rain_on_way, mut rain_here) = (false, false);
         for cell in cells {
@@ -323,7 +311,7 @@ impl Asde {
         let mirrored = if self.is_mirrored(ring, sight) { (sector + 1, size) } else { (0, 0) };
         let band = band(sight.up_m);
         let part = part(sight.ground_m2);
-        Some(Key { part, class: place, ring, band, rain_on_way, rain_here, edge, mirrored })
+        Some(Key { part, class: place, ring, band, rain_on_way, rain_here, mirrored })
     }
 
     /// Whether a facade mirrors what is there: of those that may in its sector and ring, whether the ray meets one.
@@ -341,9 +329,11 @@ impl Asde {
             .any(|(_, facade)| meets(facade))
     }
 
-    /// Every effect at its exact level, with the table of the detection where that is tolerated.
+    /// Every effect at its exact level, with the table of the detection where that is tolerated: not where nothing may
+    /// move, since what a plot states of its errors follows from its probability, and bends its arc.
     pub(super) fn base_levels(&self) -> RadarLevels {
-        let tolerated = self.tolerance.detection >= PdTable::ERROR;
+        let Tolerance { detection, position_m, .. } = self.tolerance;
+        let tolerated = detection >= PdTable::ERROR && position_m > 0.0;
         let level = if tolerated { Level::Middle } else { Level::Exact };
         RadarLevels::EXACT.with(RadarEffect::Detection, level)
     }

@@ -661,6 +661,31 @@ fn levels_of(radar: &Asde, truth: &Straight, key: u64) -> Option<RadarLevels> {
 }
 
 #[test]
+fn where_nothing_may_move_nothing_does_though_detection_may_change() {
+    // Far off in a wide beam the arc of a plot is bent by what it states of its errors, and that by how strong a look was:
+    // a table of the detection would move it by micrometres.
+    let truth = Straight::new(&[((2500.0, 2500.0), (0.0, 0.0)), ((-3500.0, 900.0), (0.0, 0.0))]);
+    let plots = |levels: Option<RadarLevels>, position_m: f64| {
+        let mut radar = asde(|p| {
+            (p.azimuth_beamwidth_deg, p.prf_hz, p.swerling) = (2.0, 5000.0, Swerling::One);
+            (p.peak_power_w, p.range_step_m, p.azimuth_step_deg) =
+                (0.02 * p.peak_power_w, 0.0, 0.0);
+        })
+        .tolerating(Tolerance { position_m, tail: 0.1, ..Tolerance::default() });
+        radar.fixed = levels;
+        let mut out = PlotSink::default();
+        for scan in 1..=200 {
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
+        }
+        out.plots.iter().map(|plot| (plot.time, plot.position_m)).collect::<Vec<_>>()
+    };
+    let exact = plots(Some(RadarLevels::EXACT), 0.0);
+    assert!(exact.len() > 200, "{}", exact.len());
+    assert_eq!(plots(None, 0.0), exact);
+    assert_ne!(plots(None, 0.1), exact, "what may move does");
+}
+
+#[test]
 fn a_target_at_the_towers_foot_changes_nothing_for_one_far_away() {
     let far = ((900.0, 900.0), (0.0, 0.0));
     let alone = Straight::new(&[far]);
@@ -785,6 +810,46 @@ fn a_target_that_is_not_displayed_is_simulated_for_nobody() {
     let (shown, levels) = scan(&[near, foot], 25.0);
     assert_eq!(shown, [true, true]);
     assert_ne!(levels, alone);
+}
+
+#[test]
+fn a_target_that_is_displayed_has_its_plots_at_the_edge_too() {
+    // The centre of an echo lies before the middle of a body, and wanders.
+    let mut car = Straight::new(&[((0.0, 901.4), (0.0, 0.0))]);
+    let mut aircraft = Straight::new(&[((0.0, 903.0), (0.0, 0.0))]);
+    aircraft.class = crate::sensors::testing::class(true, 37.6, 35.8, 20.0);
+    for truth in [&mut car, &mut aircraft] {
+        let slant_m = libm::hypot(truth.targets[0].0.y, 42.7 - 0.5 * truth.class.height_m);
+        for (near_m, far_m) in
+            [(slant_m - 0.01, 5e3), (slant_m - 0.9, 5e3), (200.0, slant_m + 0.01)]
+        {
+            for levels in [None, Some(RadarLevels::EXACT)] {
+                let mut radar = asde(|p| {
+                    (p.range_min_m, p.range_max_m, p.pfa) = (near_m, far_m, 1e-12);
+                    (p.range_step_m, p.antenna_height_m) = (0.0, 42.7);
+                });
+                radar.fixed = levels;
+                let mut out = PlotSink::default();
+                for scan in 1..=50 {
+                    radar.scan(&interval(scan, 1.0), truth, &Weather::default(), &mut out);
+                }
+                assert_eq!(out.plots.len(), 50, "{near_m} to {far_m} m, {levels:?}");
+                for plot in &out.plots {
+                    let range_m = plot.polar.expect("of a radar").range_m;
+                    assert!(near_m <= range_m && range_m <= far_m, "{range_m} is displayed");
+                }
+            }
+        }
+        // And one that is just not has none.
+        let mut radar = asde(|p| {
+            (p.range_min_m, p.pfa, p.antenna_height_m) = (slant_m + 0.01, 1e-12, 42.7);
+        });
+        let mut out = PlotSink::default();
+        for scan in 1..=50 {
+            radar.scan(&interval(scan, 1.0), truth, &Weather::default(), &mut out);
+        }
+        assert_eq!(out.plots.len(), 0);
+    }
 }
 
 #[test]

@@ -110,8 +110,6 @@ pub struct Key {
     pub rain_on_way: bool,
     /// Whether a rain cell touches the box itself.
     pub rain_here: bool,
-    /// Whether errors may carry its plots over the edge of the display.
-    pub edge: bool,
     /// Facades that may mirror it: their sector from 1 and the size of the share of false plots; 0 without.
     pub mirrored: (u8, u8),
 }
@@ -128,9 +126,7 @@ impl Key {
     pub fn code(&self) -> u64 {
         // Bands stay below 64, facades' sectors below 32 and sizes at most at 64; rings are at most 100.
         let ring = (i16::from(self.ring) + 1) as u64;
-        let flags = u64::from(self.rain_on_way) << 2
-            | u64::from(self.rain_here) << 1
-            | u64::from(self.edge);
+        let flags = u64::from(self.rain_on_way) << 1 | u64::from(self.rain_here);
         u64::from(self.part) << 53
             | u64::from(self.class) << 37
             | ring << 29

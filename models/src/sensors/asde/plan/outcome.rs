@@ -121,8 +121,6 @@ pub struct BoxOutcome<'a> {
     gain: Option<TrackGain>,
     /// Whether nothing can be said: near the foot of the tower.
     blind: bool,
-    /// Whether the targets may be so near the edge of the display that their errors carry plots over it.
-    edge: bool,
     /// Nearest slant range, m.
     nearest_m: f64,
     /// Whether steps carry plots: always, but for a planted fault.
@@ -145,15 +143,13 @@ pub struct Detection<'a> {
 }
 
 impl<'a> BoxOutcome<'a> {
-    /// The test of a class in a box whose nearest ground distance is `nearest_m`; `edge` where errors may
-    /// carry its plots over the edge of the display.
+    /// The test of a class in a box whose nearest ground distance is `nearest_m`.
     #[must_use]
     pub fn new(
         radar: &Detection<'a>,
         facts: &ClassFacts,
         bounds: &BoxBounds,
         nearest_m: f64,
-        edge: bool,
         tolerance: &Tolerance,
     ) -> Self {
         let p = radar.parameters;
@@ -207,7 +203,6 @@ impl<'a> BoxOutcome<'a> {
             coupling_rad: (coupling * bounds.reflection.most, coupling),
             gain,
             blind,
-            edge,
             nearest_m: bounds.range_m.low.max(1.0),
             flips: true,
         }
@@ -323,23 +318,6 @@ impl<'a> BoxOutcome<'a> {
         straight(0.0, 0.0) && straight(square(range), square(azimuth))
     }
 
-    /// Probability per scan that a shift of the range carries a plot over the edge of the display: the
-    /// density of its place there, times the mean shift.
-    fn over_edge(&self, shift: &AxisShift, out: &LeftOut) -> f64 {
-        let axis = &self.axes[0];
-        let per_m = 1.0 / axis.per_unit_m;
-        let drawn_m = (shift.drawn_m + shift.own_m) * per_m;
-        let fixed_m = (shift.fixed_m + shift.bounded_m) * per_m;
-        if !self.edge || drawn_m + fixed_m == 0.0 {
-            return 0.0;
-        }
-        // Both runs have at least this spread.
-        let thermal_m = if out.range { 0.0 } else { self.sigma(axis, self.ratio.1) };
-        let glint_m = if out.glint { 0.0 } else { axis.least_glint };
-        let spread_m = libm::hypot(thermal_m, glint_m);
-        if spread_m == 0.0 { 1.0 } else { ((0.33 * drawn_m + 0.4 * fixed_m) / spread_m).min(1.0) }
-    }
-
     /// What a sum of losses may do at most; `quick` takes the bound of the table's steepest slope for the
     /// detection, which is never less.
     #[must_use]
@@ -364,7 +342,7 @@ impl<'a> BoxOutcome<'a> {
         Effect {
             rms_m: square.sqrt(),
             tail: tail(&axes, 5.0 * tolerance.position_m),
-            detection: loss.odds + self.missed(loss, quick) + self.over_edge(&axes[0], &sum.out),
+            detection: loss.odds + self.missed(loss, quick),
             false_plots: loss.false_plots,
             track_m: self.track_m(&axes, square),
         }
@@ -395,8 +373,7 @@ impl<'a> BoxOutcome<'a> {
         if !within(Effect { false_plots: loss.false_plots, ..moved }) {
             return false;
         }
-        let certain = loss.odds + self.over_edge(&axes[0], &sum.out);
-        let detection = |missed: f64| Effect { detection: certain + missed, ..Effect::default() };
+        let detection = |missed: f64| Effect { detection: loss.odds + missed, ..Effect::default() };
         if !within(detection(0.0)) {
             return false;
         }

@@ -257,10 +257,12 @@ impl<'a> Prepared<'a> {
         // Detection.
         let threshold = p.detection == DetectionRule::Threshold;
         let table = if threshold { Loss::NONE } else { Loss::odds(PdTable::ERROR) };
-        ladders.push(vec![
-            rung(&[(E::Detection, Middle)], table, none),
-            rung(&[(E::Detection, Exact)], Loss::NONE, none),
-        ]);
+        let mut rungs = vec![rung(&[(E::Detection, Exact)], Loss::NONE, none)];
+        if threshold || tolerance.position_m > 0.0 {
+            // What a plot states of its errors follows from its probability: where nothing may move, no table.
+            rungs.insert(0, rung(&[(E::Detection, Middle)], table, none));
+        }
+        ladders.push(rungs);
         show(E::Detection, table, table.odds, "probability");
 
         // The centre of the echo and its wander; a point has neither.

@@ -393,14 +393,7 @@ pub fn prepare<'a>(
     let grid = BoxGrid::new(scene.radar, scene.air, scene.correlation, facts, place);
     let mut bounds = grid.bounds(Refinement::ANY);
     let test = |bounds: &BoxBounds| {
-        BoxOutcome::new(
-            &scene.detection,
-            facts,
-            bounds,
-            place.ground_m.0,
-            key.edge,
-            scene.tolerance,
-        )
+        BoxOutcome::new(&scene.detection, facts, bounds, place.ground_m.0, scene.tolerance)
     };
     let mut outcome = test(&bounds);
     if scene.tolerance.time_budget_us.is_none() {

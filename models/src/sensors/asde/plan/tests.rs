@@ -357,7 +357,7 @@ fn a_tolerance_of_nothing_leaves_out_nothing_that_is_there() {
         required: 20.0,
         least_ratio: 3.0,
     };
-    let outcome = BoxOutcome::new(&detection, &facts, &bounds, 500.0, false, &Tolerance::EXACT);
+    let outcome = BoxOutcome::new(&detection, &facts, &bounds, 500.0, &Tolerance::EXACT);
     let losses = [
         BoxLoss { loss: Loss::raises(1e-9), ..BoxLoss::default() },
         BoxLoss { loss: Loss::moves(1e-9), ..BoxLoss::default() },
@@ -402,8 +402,7 @@ fn the_quick_test_of_a_choice_says_what_the_whole_one_says() {
         };
         let track_m = g.pick(&[None, Some(0.05)]);
         let tolerance = Tolerance { track_m, ..Tolerance::default() };
-        let edge = g.pick(&[true, false]);
-        let outcome = BoxOutcome::new(&detection, &facts, &bounds, ground_m.0, edge, &tolerance);
+        let outcome = BoxOutcome::new(&detection, &facts, &bounds, ground_m.0, &tolerance);
         for _ in 0..20 {
             let some = |g: &mut Genes, low: f64, high: f64| {
                 if g.pick(&[true, false]) { g.scaled(low, high) } else { 0.0 }

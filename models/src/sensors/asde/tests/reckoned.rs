@@ -25,7 +25,6 @@ fn point() -> TargetClass {
 fn outcome_of<R>(
     radar: &Asde,
     ground_m: (f64, f64),
-    edge: bool,
     then: impl FnOnce(&BoxOutcome<'_>, &BoxBounds) -> R,
 ) -> R {
     let facts = ClassFacts::of(&point());
@@ -42,7 +41,7 @@ fn outcome_of<R>(
         least_ratio: radar.least_ratio,
     };
     let tolerance = Tolerance::default();
-    then(&BoxOutcome::new(&detection, &facts, &bounds, ground_m.0, edge, &tolerance), &bounds)
+    then(&BoxOutcome::new(&detection, &facts, &bounds, ground_m.0, &tolerance), &bounds)
 }
 
 fn loses(loss: Loss) -> BoxLoss {
@@ -78,7 +77,7 @@ fn plans_of_one_weather_are_not_those_of_another() {
 fn a_standing_echo_may_lie_on_the_edge_of_a_step() {
     // Ten steps' tenths: thermal errors a tenth of a step and less.
     let radar = asde(|p| (p.range_step_m, p.azimuth_step_deg) = (5.0, 0.0));
-    outcome_of(&radar, (400.0, 560.0), false, |outcome, bounds| {
+    outcome_of(&radar, (400.0, 560.0), |outcome, bounds| {
         let sigma_m = radar.sigmas(bounds.ratio.high, 0.0).0;
         assert!(sigma_m < 0.2, "{sigma_m}");
         for moved_m in [1e-3, 1e-2] {
@@ -120,7 +119,7 @@ fn thermal_azimuths_left_out_take_their_coupling_along() {
     let rms_m = |coupling: f64| {
         let radar = asde(|p| p.reflection_coupling = coupling);
         let beam_rad = radar.radar.pattern.azimuth_rad;
-        outcome_of(&radar, (2000.0, 2400.0), false, |outcome, bounds| {
+        outcome_of(&radar, (2000.0, 2400.0), |outcome, bounds| {
             let out = LeftOut { azimuth: true, ..LeftOut::default() };
             let left = BoxLoss { loss: Loss::NONE, out };
             let effect = outcome.effect(&left, &Tolerance::default(), false);
@@ -141,55 +140,13 @@ fn wide_beams_bend_the_range_by_what_is_left_out() {
             (p.range_step_m, p.azimuth_step_deg) = (0.0, 0.0);
         });
         let loss = loses(Loss { raises_db: 1e-4, ..Loss::NONE });
-        outcome_of(&radar, (3000.0, 4000.0), false, |outcome, _| {
+        outcome_of(&radar, (3000.0, 4000.0), |outcome, _| {
             outcome.effect(&loss, &Tolerance::default(), false).rms_m
         })
     };
     let (narrow_m, wide_m) = (rms_m(0.25), rms_m(6.0));
     // The conversion switches where the arc is bent by a tenth of the error: half of that, once, whatever is lost.
     assert!(narrow_m < 1e-4 && wide_m > 1e-3, "{narrow_m} and {wide_m} m");
-}
-
-#[test]
-fn a_move_at_the_edge_of_the_display_costs_plots() {
-    let radar = asde(|p| (p.range_step_m, p.azimuth_step_deg) = (0.0, 0.0));
-    let missed = |edge: bool, loss: Loss| {
-        outcome_of(&radar, (4900.0, 5400.0), edge, |outcome, bounds| {
-            let effect = outcome.effect(&loses(loss), &Tolerance::default(), false);
-            (effect.detection, radar.sigmas(bounds.ratio.high, 0.0).0)
-        })
-    };
-    let moved_m = 0.01;
-    let (inside, _) = missed(false, Loss::moves(moved_m));
-    let (beside, sigma_m) = missed(true, Loss::moves(moved_m));
-    // The density of a normal place at the edge times the move.
-    let odds = (moved_m / (sigma_m * (2.0 * PI).sqrt())).min(1.0);
-    assert!(inside == 0.0 && beside >= 0.99 * odds, "{beside} of {odds}");
-    assert_eq!(missed(true, Loss::NONE).0, 0.0);
-}
-
-#[test]
-fn who_may_be_carried_over_the_edge_of_the_display_has_a_box_that_says_so() {
-    let radar = asde(|_| ());
-    let mut planner = Planner::default();
-    let class = Straight::new(&[]).class;
-    let facts = ClassFacts::of(&class);
-    let far_m = radar.parameters.range_max_m;
-    let edge = |planner: &mut Planner, inside_m: f64| {
-        let down_m = radar.radar.antenna_m - 0.5 * class.height_m;
-        let slant_m = far_m - inside_m;
-        let place_m = Vector3::new((slant_m * slant_m - down_m * down_m).sqrt(), 0.0, 0.0);
-        let sight = radar.sight(&class, place_m, 0.5 * PI);
-        radar.key_of(planner, &mut 0, &[], 0, &class, &sight).map(|key| key.edge)
-    };
-    // Six deviations of everything that moves a plot, together.
-    let errors_m = facts.bias_m + 6.0 * libm::hypot(radar.most_sigma_m, facts.along_m.1);
-    for i in 0..100 {
-        let inside_m = 1e-3 + errors_m * f64::from(i) / 100.0;
-        assert_eq!(edge(&mut planner, inside_m), Some(true), "{inside_m} m of {errors_m}");
-    }
-    assert_eq!(edge(&mut planner, 10.0 * errors_m), Some(false));
-    assert_eq!(edge(&mut planner, -1.0), None);
 }
 
 #[test]
@@ -235,7 +192,6 @@ fn targets_share_the_false_plots_of_a_radar() {
             band: 0,
             rain_on_way: false,
             rain_here: false,
-            edge: false,
             mirrored: (1, size),
         };
         let (_, share) = radar.ghosts_in(&key, &facts);
