@@ -7,6 +7,10 @@
 //! Source: speed and length from the traffic detector literature (Klein, Mills & Gibson, *Traffic
 //! Detector Handbook*, FHWA 2006); delays, detection and false rates are assumptions.
 
+mod config;
+
+pub use config::{LoopConfig, LoopPair, occupancy_s, sigma_passage_m};
+
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
 use crate::effects::positioning::{
     Ladders, Model, Planning, PositioningEffect as E, PositioningScene,
@@ -14,136 +18,17 @@ use crate::effects::positioning::{
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
-use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{Plot, SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, check, number};
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::config::ConfigError;
+use crate::sensors::declared::{Declared, Modelled, Settings};
 use crate::sensors::planned::Planned;
 use crate::sensors::reporting::bounds::{SIGMAS, duration, percent, two};
 use crate::sensors::reporting::cooperative::shown;
 use crate::sensors::{Cause, Contribution, PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
+use config::KEYS;
 use std::sync::Arc;
-
-/// Two loops in a row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoopPair {
-    /// Distance from the first to the second, m.
-    pub spacing_m: f64,
-    /// Its uncertainty, m.
-    pub sigma_spacing_m: f64,
-}
-
-impl LoopPair {
-    /// Time from the first loop to the second at `speed_mps`, s.
-    #[must_use]
-    pub fn passage_s(&self, speed_mps: f64) -> f64 {
-        self.spacing_m / speed_mps
-    }
-
-    /// Deviation of the speed v = s/Δt: v √((σ_s/s)² + 2(σ_t v/s)²), m/s.
-    #[must_use]
-    pub fn sigma_speed_mps(&self, speed_mps: f64, sigma_t_s: f64) -> f64 {
-        let place = self.sigma_spacing_m / self.spacing_m;
-        let time = sigma_t_s * speed_mps / self.spacing_m;
-        speed_mps * (place * place + 2.0 * time * time).sqrt()
-    }
-}
-
-/// How long a target occupies a loop, s: (L_target + L_loop)/v.
-#[must_use]
-pub fn occupancy_s(target_m: f64, loop_m: f64, speed_mps: f64) -> f64 {
-    (target_m + loop_m) / speed_mps
-}
-
-/// Deviation of the position of a passage: √(σ_edge² + (v σ_t)²), m.
-#[must_use]
-pub fn sigma_passage_m(sigma_edge_m: f64, speed_mps: f64, sigma_t_s: f64) -> f64 {
-    libm::hypot(sigma_edge_m, speed_mps * sigma_t_s)
-}
-
-/// Parameters of an [`InductionLoop`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoopConfig {
-    /// Number of the sensor in the scene.
-    pub id: SensorId,
-    /// Centre of the (first) loop, airport frame, m.
-    pub site_m: Vector2<f64>,
-    /// Direction of the taxiway, degrees clockwise from north; traffic may come from both sides.
-    pub direction_deg: f64,
-    /// Length of a loop along the taxiway, m.
-    pub length_m: f64,
-    /// Half the width of the strip it covers, m.
-    pub half_width_m: f64,
-    /// The second loop, where there is one: further along `direction_deg`.
-    pub pair: Option<LoopPair>,
-    /// Uncertainty of the edge of a target over a loop, m.
-    pub sigma_edge_m: f64,
-    /// Longest delay of a detection, s; each is uniform up to it.
-    pub delay_s: f64,
-    /// Probability that a passage is detected.
-    pub pd: f64,
-    /// False passages per hour.
-    pub false_per_h: f64,
-    /// Half the length that a single loop assumes of a target, m.
-    pub assumed_half_length_m: f64,
-    /// Uncertainty of that, m.
-    pub sigma_half_length_m: f64,
-    /// Speed that a single loop assumes of a target in its variance, m/s.
-    pub assumed_speed_mps: f64,
-}
-
-impl LoopConfig {
-    /// Two loops of 2 m, 5 m apart, across a taxiway 23 m wide.
-    #[must_use]
-    pub fn pair_at(id: SensorId, site_m: Vector2<f64>, direction_deg: f64) -> Self {
-        Self {
-            id,
-            site_m,
-            direction_deg,
-            length_m: 2.0,
-            half_width_m: 11.5,
-            pair: Some(LoopPair { spacing_m: 5.0, sigma_spacing_m: 0.02 }),
-            sigma_edge_m: 0.3,
-            delay_s: 0.05,
-            pd: 0.99,
-            false_per_h: 1e-3,
-            assumed_half_length_m: 15.0,
-            sigma_half_length_m: 10.0,
-            assumed_speed_mps: 10.0,
-        }
-    }
-
-    /// Refuses what is outside the limits.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with key, value and limits.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        number("site_east_m", self.site_m.x, -1e6, 1e6)?;
-        number("site_north_m", self.site_m.y, -1e6, 1e6)?;
-        check(KEYS, "direction_deg", self.direction_deg)?;
-        check(KEYS, "length_m", self.length_m)?;
-        check(KEYS, "half_width_m", self.half_width_m)?;
-        if let Some(pair) = &self.pair {
-            check(KEYS, "spacing_m", pair.spacing_m)?;
-            check(KEYS, "sigma_spacing_m", pair.sigma_spacing_m)?;
-        }
-        check(KEYS, "sigma_edge_m", self.sigma_edge_m)?;
-        check(KEYS, "delay_s", self.delay_s)?;
-        check(KEYS, "pd", self.pd)?;
-        check(KEYS, "false_per_h", self.false_per_h)?;
-        check(KEYS, "assumed_half_length_m", self.assumed_half_length_m)?;
-        check(KEYS, "sigma_half_length_m", self.sigma_half_length_m)?;
-        check(KEYS, "assumed_speed_mps", self.assumed_speed_mps)
-    }
-
-    /// Deviation of a uniform delay, s.
-    #[must_use]
-    pub fn sigma_t_s(&self) -> f64 {
-        self.delay_s / 12_f64.sqrt()
-    }
-}
 
 /// A loop, or a pair of them.
 #[derive(Clone, Debug)]
@@ -521,52 +406,6 @@ impl Sensor for InductionLoop {
 /// Detections, delays, edges, false passages.
 const DRAWS: Purpose = Purpose::Own(22);
 
-const KEYS: &[Key] = &[
-    Key::number(
-        "direction_deg",
-        "°",
-        -360.0,
-        360.0,
-        "Direction of the taxiway, clockwise from north; traffic may come from both sides",
-    )
-    .needed(),
-    Key::number("length_m", "m", 0.1, 100.0, "Length of a loop along the taxiway"),
-    Key::number("half_width_m", "m", 0.1, 100.0, "Half the width of the strip that it covers"),
-    Key::number("spacing_m", "m", 0.5, 100.0, "Distance between the two loops of a pair"),
-    Key::number("sigma_spacing_m", "m", 0.0, 1.0, "Uncertainty of that distance"),
-    Key::number(
-        "sigma_edge_m",
-        "m",
-        1e-3,
-        100.0,
-        "Uncertainty of the edge of a target over a loop",
-    ),
-    Key::number(
-        "delay_s",
-        "s",
-        0.0,
-        10.0,
-        "Longest delay of a detection; each is uniform up to it",
-    ),
-    Key::number("pd", "", 0.0, 1.0, "Probability that a passage is detected"),
-    Key::number("false_per_h", "1/h", 0.0, 1e5, "False passages"),
-    Key::number(
-        "assumed_half_length_m",
-        "m",
-        0.0,
-        50.0,
-        "Half the length that a single loop assumes of a target",
-    ),
-    Key::number("sigma_half_length_m", "m", 0.0, 50.0, "Uncertainty of that half length"),
-    Key::number(
-        "assumed_speed_mps",
-        "m/s",
-        0.0,
-        100.0,
-        "Speed that a single loop assumes of a target in its variance",
-    ),
-];
-
 /// The kind `loop`.
 pub static DECLARED: Declared = Declared {
     kind: Kind {
@@ -599,31 +438,6 @@ pub static DECLARED: Declared = Declared {
         file: file!(),
     }],
 };
-
-impl LoopConfig {
-    fn read(given: &Given<'_>) -> Result<Self, ConfigError> {
-        let mut pair = Self::pair_at(given.id, given.place_m(), 0.0);
-        if given.preset == "single" {
-            pair.pair = None;
-        }
-        let needed = "the direction of the taxiway, degrees clockwise from north";
-        pair.direction_deg = given.need_number("direction_deg", needed)?;
-        given.number("length_m", &mut pair.length_m);
-        given.number("half_width_m", &mut pair.half_width_m);
-        if let Some(loops) = &mut pair.pair {
-            given.number("spacing_m", &mut loops.spacing_m);
-            given.number("sigma_spacing_m", &mut loops.sigma_spacing_m);
-        }
-        given.number("sigma_edge_m", &mut pair.sigma_edge_m);
-        given.number("delay_s", &mut pair.delay_s);
-        given.number("pd", &mut pair.pd);
-        given.number("false_per_h", &mut pair.false_per_h);
-        given.number("assumed_half_length_m", &mut pair.assumed_half_length_m);
-        given.number("sigma_half_length_m", &mut pair.sigma_half_length_m);
-        given.number("assumed_speed_mps", &mut pair.assumed_speed_mps);
-        Ok(pair)
-    }
-}
 
 impl Settings for LoopConfig {
     fn validate(&self) -> Result<(), ConfigError> {
@@ -694,152 +508,4 @@ fn ladders(config: &LoopConfig, scene: &PositioningScene) -> Ladders {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frames::Vector3;
-    use crate::sensors::testing::Parked;
-
-    /// A target that starts 60 m before the loop and rolls over it, north or south.
-    fn pass(config: LoopConfig, speed_mps: f64, north: bool, scan_ns: i64) -> PlotSink {
-        let mut truth = Parked::aircraft(&[1]);
-        let sign = if north { 1.0 } else { -1.0 };
-        truth.velocity_mps = Vector3::new(0.0, sign * speed_mps, 0.0);
-        truth.heading_rad = if north { 0.0 } else { std::f64::consts::PI };
-        // The target is at north 100 m at time 0.
-        let config = LoopConfig { site_m: Vector2::new(0.0, 100.0 + sign * 60.0), ..config };
-        let mut sensor = InductionLoop::new(config).expect("sound");
-        let mut sink = PlotSink { explain: true, ..PlotSink::default() };
-        let end_ns = (150.0 / speed_mps * 1e9) as i64;
-        let mut from = SimTime::ZERO;
-        while from.0 < end_ns {
-            let to = SimTime(from.0 + scan_ns);
-            let interval = ScanInterval { run_seed: 4, scan: (to.0 / scan_ns) as u64, from, to };
-            sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
-            from = to;
-        }
-        sink
-    }
-
-    fn config() -> LoopConfig {
-        LoopConfig {
-            false_per_h: 0.0,
-            pd: 1.0,
-            ..LoopConfig::pair_at(SensorId(6), Vector2::zeros(), 0.0)
-        }
-    }
-
-    #[test]
-    fn a_pair_knows_the_centre_and_a_loop_the_nose() {
-        for north in [true, false] {
-            for speed_mps in [2.0, 10.0, 25.0] {
-                let sink = pass(config(), speed_mps, north, 1_000_000_000);
-                assert_eq!((sink.plots.len(), sink.looks), (1, 1), "{speed_mps} {north}");
-                let (plot, truth) = (&sink.plots[0], sink.causes[0].truth_m.expect("a target"));
-                let error = (plot.position_m - truth).dot(&plot.axis);
-                assert!(error.abs() < 4.0 * plot.along_m2.sqrt() + 0.05 * speed_mps, "{error}");
-                assert!(plot.along_m2.sqrt() < 1.0 + 0.15 * speed_mps, "{}", plot.along_m2);
-                assert!(plot.across_m2.is_infinite());
-
-                let single = LoopConfig { pair: None, ..config() };
-                let sink = pass(single, speed_mps, north, 1_000_000_000);
-                assert_eq!((sink.plots.len(), sink.looks), (1, 1));
-                let (plot, truth) = (&sink.plots[0], sink.causes[0].truth_m.expect("a target"));
-                // 37.6 m long against 30 m assumed: 3.8 m, within its stated 10 m.
-                assert!((plot.position_m - truth).norm() < 6.0 + 0.05 * speed_mps);
-            }
-        }
-    }
-
-    #[test]
-    fn a_passage_does_not_depend_on_the_scan_interval() {
-        let coarse = pass(config(), 7.3, true, 1_000_000_000);
-        let fine = pass(config(), 7.3, true, 50_000_000);
-        assert_eq!(coarse.plots.len(), 1);
-        let (a, b) = (&coarse.plots[0], &fine.plots[0]);
-        assert!(
-            (a.time.0 - b.time.0).abs() < 10_000 && (a.position_m - b.position_m).norm() < 1e-3
-        );
-    }
-
-    /// What is left out for a while draws nothing from what comes afterwards.
-    #[test]
-    fn false_passages_are_the_same_after_a_time_in_which_they_were_left_out() {
-        use crate::effects::positioning::PositioningLevels;
-        let after_half_a_minute = |left_out: u64| {
-            let every_second = LoopConfig { false_per_h: 3600.0, ..config() };
-            let mut sensor = InductionLoop::new(every_second).expect("sound");
-            let (truth, mut times) = (Parked::aircraft(&[]), Vec::new());
-            for scan in 1..=60 {
-                let level = if scan <= left_out { Level::Skipped } else { Level::Exact };
-                sensor.planning_mut().fix(PositioningLevels::EXACT.with(E::FalsePassages, level));
-                let at = |scan: u64| SimTime::from_s(scan as f64);
-                let interval = ScanInterval { run_seed: 4, scan, from: at(scan - 1), to: at(scan) };
-                let mut sink = PlotSink::default();
-                sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
-                assert!(level == Level::Exact || sink.plots.is_empty());
-                assert!(sink.plots.iter().all(|p| p.time > interval.from && p.time <= interval.to));
-                times.extend(sink.plots.iter().filter(|_| scan > 30).map(|p| p.time));
-            }
-            times
-        };
-        let always = after_half_a_minute(0);
-        assert!((12..50).contains(&always.len()), "one a second: {}", always.len());
-        for left_out in [1, 7, 30] {
-            assert_eq!(after_half_a_minute(left_out), always, "{left_out}");
-        }
-    }
-
-    #[test]
-    fn errors_have_their_deviation() {
-        let (mut sum, mut bias, mut n) = (0.0, 0.0, 0.0);
-        for id in 1..400 {
-            let sink = pass(LoopConfig { id: SensorId(id), ..config() }, 10.0, true, 1_000_000_000);
-            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
-                let error = (plot.position_m - cause.truth_m.expect("a target")).dot(&plot.axis);
-                sum += error * error / plot.along_m2;
-                bias += error;
-                n += 1.0;
-            }
-        }
-        // Delays have a mean of 25 ms: the vehicle is 0.25 m on when it is reported.
-        assert!(n > 390.0 && (bias / n).abs() < 0.5, "{}", bias / n);
-        assert!((sum / n - 1.0).abs() < 0.35, "{}", sum / n);
-    }
-
-    #[test]
-    fn hard_passages_end_in_an_answer() {
-        for (name, speed_mps, delay_s) in [
-            ("faster than the delays", 90.0, 5.0),
-            ("hardly moving", 0.3, 0.05),
-            ("no delay", 10.0, 0.0),
-        ] {
-            let sink = pass(LoopConfig { delay_s, ..config() }, speed_mps, true, 1_000_000_000);
-            for plot in &sink.plots {
-                assert!(plot.position_m.iter().all(|x| x.is_finite()), "{name}");
-                assert!(plot.along_m2.is_finite() && plot.along_m2 > 0.0, "{name}");
-            }
-        }
-        let parked = Parked::aircraft(&[0]);
-        let on_loop = LoopConfig { site_m: Vector2::zeros(), ..config() };
-        let mut sensor = InductionLoop::new(on_loop).expect("sound");
-        let mut sink = PlotSink::default();
-        let interval =
-            ScanInterval { run_seed: 1, scan: 1, from: SimTime::ZERO, to: SimTime::from_s(100.0) };
-        sensor.scan(&interval, &parked, &Weather::default(), &mut sink);
-        assert!(sink.plots.is_empty(), "who stands on a loop passes nothing");
-    }
-
-    #[test]
-    fn false_passages_come_at_their_rate() {
-        let config = LoopConfig { false_per_h: 100.0, ..config() };
-        let mut sensor = InductionLoop::new(config).expect("sound");
-        let mut sink = PlotSink::default();
-        for scan in 1..=36_000_u64 {
-            let at = |scan: u64| SimTime(scan as i64 * 1_000_000_000);
-            let interval = ScanInterval { run_seed: 4, scan, from: at(scan - 1), to: at(scan) };
-            sensor.scan(&interval, &Parked::aircraft(&[]), &Weather::default(), &mut sink);
-        }
-        assert!((sink.plots.len() as f64 - 1000.0).abs() < 4.0 * 1000_f64.sqrt());
-        assert!(sink.causes.iter().all(|c| c.key.is_none()));
-    }
-}
+mod tests;

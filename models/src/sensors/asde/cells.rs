@@ -1,13 +1,14 @@
 //! Echoes in radar cells: scatterers, noise, threshold and clusters instead of closed forms; in windows
 //! around each target, or in all cells that the beam passes.
 
+use super::Asde;
+use super::echo::Return;
 use super::looks::NEXT;
+use super::measuring::{Draws, Seen};
 use super::picture::{Clutter, EvenGround, Obstacle};
-use super::{Asde, Draws, Return, ScanInterval, Seen};
 use crate::draw::DrawKey;
 use crate::frames::{Azimuth, wrap_pi};
 use crate::plot::Polar;
-use crate::sensors::Truth;
 use crate::sensors::radar::detection::{Detector, to_db};
 use crate::sensors::radar::effects::RadarEffect;
 use crate::sensors::radar::effects::value::EchoPlace;
@@ -17,6 +18,7 @@ use crate::sensors::radar::levels::RadarLevels;
 use crate::sensors::radar::video::{
     Blob, CellBox, CellWork, Fading, PointEcho, Threshold, point_echoes,
 };
+use crate::sensors::{ScanInterval, Truth};
 
 /// Part of a range cell, and of a beam position, that the centre of a cluster is off on average over the
 /// places of a point in its cell, however strong it is.

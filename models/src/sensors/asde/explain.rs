@@ -1,8 +1,13 @@
 //! What every simulated effect did to one plot.
 
-use super::{Asde, Draws, Plot, Return, TargetClass, to_db};
+use super::Asde;
+use super::echo::Return;
+use super::measuring::Draws;
 use crate::effects::Level;
+use crate::plot::Plot;
 use crate::sensors::Contribution;
+use crate::sensors::TargetClass;
+use crate::sensors::radar::detection::to_db;
 use crate::sensors::radar::effects::{RadarEffect, VALUES};
 use crate::sensors::radar::equation::{Air, Budget, BudgetLevels, Echo, Reflection};
 use crate::sensors::radar::levels::{Processing, RadarLevels};

@@ -1,6 +1,6 @@
 //! Looks that may share a cell with another one, wherever the centres of their echoes are.
 
-use super::{PLACE_STEP_M, Place};
+use super::merging::{PLACE_STEP_M, Place};
 use std::f64::consts::TAU;
 use std::ops::Range;
 

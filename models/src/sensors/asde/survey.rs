@@ -1,9 +1,9 @@
 //! What a radar makes of a target that stands at one place, without draws: for maps of a site.
 
-use super::{Air, Asde, DetectionRule, to_db};
+use super::{Air, Asde, DetectionRule};
 use crate::frames::{Azimuth, Vector3};
 use crate::sensors::TargetClass;
-use crate::sensors::radar::detection::from_db;
+use crate::sensors::radar::detection::{from_db, to_db};
 use crate::sensors::radar::equation::{Budget, BudgetLevels, Echo};
 use crate::sensors::radar::extended::{ExtentLevel, centroid};
 use crate::sensors::radar::ghost::ghost_power;

@@ -75,3 +75,47 @@ fn an_aircraft_before_an_echo_costs_its_loss_twice() {
         assert!((lost - 2.0 * once_db).abs() < 0.02, "{antenna_m} m: {lost} of twice {once_db} dB");
     }
 }
+
+#[test]
+fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
+    let c = Vector2::new;
+    let hangar = Building {
+        name: "hangar".into(),
+        footprint_m: vec![c(-60.0, 800.0), c(60.0, 800.0), c(60.0, 840.0), c(-60.0, 840.0)],
+        height_m: 40.0,
+        facade: crate::environment::surface::Material::named("metal").expect("known"),
+    };
+    // One behind the hangar, one before it, one beside.
+    let truth = Straight::new(&[
+        ((0.0, 900.0), (0.0, 0.0)),
+        ((100.0, 300.0), (0.0, 0.0)),
+        ((900.0, 0.0), (0.0, 0.0)),
+    ]);
+    let mut radar = asde(|p| {
+        p.pfa = 1e-9;
+        p.antenna_height_m = 30.0;
+    })
+    .among(Arc::new([hangar]))
+    .tolerating(Tolerance::EXACT);
+    let mut out = PlotSink { explain: true, ..PlotSink::default() };
+    for scan in 1..=20 {
+        radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
+    }
+    let of = |key| out.causes.iter().filter(|cause| cause.key == Some(key)).count();
+    assert_eq!((of(1), of(2), of(3)), (0, 20, 20));
+    let ghosts: Vec<_> = out
+        .plots
+        .iter()
+        .zip(&out.causes)
+        .filter(|(_, cause)| cause.effects.iter().any(|e| e.effect == "facade ghosts"))
+        .collect();
+    assert!(!ghosts.is_empty(), "the target before the hangar is mirrored in it");
+    for (plot, _) in ghosts {
+        // The double bounce appears 1.3 km away, the mixed path half way between.
+        let range_m = plot.position_m.norm();
+        assert!((range_m - 800.0).abs() < 20.0 || (range_m - 1304.0).abs() < 20.0, "{range_m}");
+    }
+    let explained = &out.causes[0].effects;
+    assert!(explained.iter().any(|e| e.effect == "surface reflection" && e.unit == "dB"));
+    assert!(explained.iter().all(|e| e.value.is_finite()), "{explained:?}");
+}
