@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let search = Search { seed: seed.parse()?, generations, scans: 100 };
             for restart in 0..restarts.parse()? {
                 let mut tell = |generation: u64, ratio: f64| {
-                    if generation % 10 == 0 && generation < generations {
+                    if generation.is_multiple_of(10) && generation < generations {
                         println!("  restart {restart}, generation {generation}: {ratio:.2} so far");
                     }
                 };

@@ -298,6 +298,39 @@ mod tests {
     }
 
     #[test]
+    fn settings_are_equal_if_all_their_numbers_are() {
+        use crate::sensors::induction_loop::LoopConfig;
+        let one = LoopConfig::pair_at(SensorId(1), Vector2::new(3.0, 4.0), 90.0);
+        let other = LoopConfig { delay_s: one.delay_s + 1e-15, ..one.clone() };
+        let as_settings = |config: &LoopConfig| -> Box<dyn Settings> { Box::new(config.clone()) };
+        assert!(*as_settings(&one) == *as_settings(&one));
+        assert!(*as_settings(&one) != *as_settings(&other));
+    }
+
+    #[test]
+    fn a_scene_gives_the_keys_that_it_gives() {
+        let values = BTreeMap::from([("pd".to_owned(), Value::Number(0.9))]);
+        let given = Given {
+            id: SensorId(1),
+            preset: "pair",
+            values: &values,
+            site_m: None,
+            equipped: Equipage::all(),
+            reference: geodesy::Geodetic::from_degrees(47.0, 8.0, 0.0),
+            start_utc_ns: 0,
+            buildings: &[],
+            asked: RefCell::default(),
+        };
+        assert!(given.has("pd") && !given.has("delay_s"));
+        let (mut pd, mut delay_s) = (0.5, 0.05);
+        given.number("pd", &mut pd);
+        given.number("delay_s", &mut delay_s);
+        assert_eq!((pd, delay_s), (0.9, 0.05), "what is not given stays");
+        let asked: Vec<_> = given.asked.borrow().iter().map(|(word, _)| *word).collect();
+        assert_eq!(asked, ["pd", "delay_s"]);
+    }
+
+    #[test]
     fn keys_have_words_lines_and_limits() {
         for declared in KINDS {
             let mut words = Vec::new();

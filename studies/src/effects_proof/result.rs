@@ -137,7 +137,9 @@ impl SceneResult {
     }
 
     pub(super) fn is_suspicious(&self, tolerance: &Tolerance) -> bool {
-        let rare = |n: u64, p: f64, k: u64| binomial_tail(n, p, k) < 1e-4;
+        // Of a rate of a thousandth four hundred scans say little: what looks but a little much is played longer.
+        const RARE: f64 = 0.01;
+        let rare = |n: u64, p: f64, k: u64| binomial_tail(n, p, k) < RARE;
         let limit2 = tolerance.position_m * tolerance.position_m;
         self.targets.iter().any(|t| {
             let (mean, error) = (t.mean_m2(), t.error_m2());
@@ -145,7 +147,7 @@ impl SceneResult {
                 || rare(t.both, tolerance.tail, t.beyond)
                 || (t.both > 0
                     && mean - limit2 > 4.0 * error.max(if t.both < 30 { mean } else { 0.0 }))
-        }) || poisson_tail(self.scans as f64 * tolerance.false_plots, self.false_plots) < 1e-4
+        }) || poisson_tail(self.scans as f64 * tolerance.false_plots, self.false_plots) < RARE
     }
 
     /// Whether nothing but shifts is beyond the tolerance, and these by so few plots that more may say otherwise: a

@@ -160,3 +160,23 @@ impl Evaluated {
         self.0 >> effect as u64 & 1 == 1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_evaluated_is_what_was_added() {
+        let mut evaluated = Evaluated::default();
+        assert!(RadarEffect::ALL.iter().all(|e| !evaluated.has(*e)));
+        evaluated.add(RadarEffect::RainClutter);
+        evaluated.add(RadarEffect::Processing);
+        let mut tally = Tally::default();
+        tally.note(evaluated);
+        tally.note(evaluated);
+        for &effect in RadarEffect::ALL {
+            let added = matches!(effect, RadarEffect::RainClutter | RadarEffect::Processing);
+            assert_eq!((evaluated.has(effect), tally.of(effect)), (added, 2 * u64::from(added)));
+        }
+    }
+}

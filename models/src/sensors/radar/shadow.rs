@@ -351,6 +351,55 @@ pub fn aircraft_obstacles(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_fin_of_an_aircraft_stands_over_its_tail() {
+        let place = Vector2::new(100.0, 200.0);
+        // Corners are (east, north); an aircraft of 40 m that heads north, then east.
+        let [(body, low_m), (fin, high_m)] = aircraft_obstacles(place, 0.0, 40.0, 12.0);
+        assert!((low_m - 5.4).abs() < 1e-12 && high_m == 12.0);
+        let reach = |corners: [Vector2<f64>; 4], axis: usize| {
+            let of = corners.map(|c| c[axis]);
+            (of.into_iter().fold(f64::INFINITY, f64::min), of.into_iter().fold(-1e9, f64::max))
+        };
+        let near = |found: (f64, f64), low: f64, high: f64| {
+            assert!((found.0 - low).abs() < 1e-9 && (found.1 - high).abs() < 1e-9, "{found:?}");
+        };
+        near(reach(body, 0), 98.0, 102.0);
+        near(reach(body, 1), 180.0, 220.0);
+        near(reach(fin, 0), 99.8, 100.2);
+        near(reach(fin, 1), 180.0, 185.0);
+        let [_, (fin, _)] = aircraft_obstacles(place, std::f64::consts::FRAC_PI_2, 40.0, 12.0);
+        near(reach(fin, 0), 80.0, 85.0);
+        near(reach(fin, 1), 199.8, 200.2);
+    }
+
+    #[test]
+    fn a_place_is_inside_a_footprint_or_not() {
+        let corner = |x: f64, y: f64| Vector2::new(x, y);
+        // An L: the square between its arms is outside.
+        let footprint_m = vec![
+            corner(0.0, 0.0),
+            corner(30.0, 0.0),
+            corner(30.0, 10.0),
+            corner(10.0, 10.0),
+            corner(10.0, 30.0),
+            corner(0.0, 30.0),
+        ];
+        let facade = &MATERIALS[0];
+        let hall = Building { name: "L".into(), footprint_m, height_m: 9.0, facade };
+        for (x, y, inside) in [
+            (5.0, 5.0, true),
+            (25.0, 5.0, true),
+            (5.0, 25.0, true),
+            (20.0, 20.0, false),
+            (-1.0, 5.0, false),
+            (31.0, 5.0, false),
+            (5.0, 31.0, false),
+        ] {
+            assert_eq!(hall.contains(corner(x, y)), inside, "{x} {y}");
+        }
+    }
     use crate::environment::surface::MATERIALS;
 
     fn line(east: f64, north: f64, height_m: f64) -> SightLine {

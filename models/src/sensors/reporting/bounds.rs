@@ -105,3 +105,19 @@ pub(crate) fn noise(sigma_m: f64, share: f64, tau_s: f64) -> [PlannedEffect; 2] 
 pub(crate) fn larger(error: &NorthEast) -> f64 {
     error.sigma_north_m.max(error.sigma_east_m)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_of_a_noise_is_told_in_the_digits_that_count() {
+        let [correlated, white] = noise(2.0, 0.25, 12.34);
+        assert_eq!(correlated.ladder.called_for, "25 % of the variance over 12.3 s, σ to 2.00 m");
+        assert_eq!(white.ladder.called_for, "σ to 1.73 m");
+        // Two independent parts of 1 m apart, and three quarters of the variance.
+        let moves = |effect: &PlannedEffect| effect.ladder.rungs[0].loss.fixed_m;
+        assert!((moves(&correlated) - SIGMAS * 2.0f64.sqrt()).abs() < 1e-12);
+        assert!((moves(&white) - SIGMAS * 3.0f64.sqrt()).abs() < 1e-12);
+    }
+}

@@ -745,6 +745,22 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    #[test]
+    fn angles_of_slots_beyond_a_turn_are_refused_by_their_key() {
+        let sound = Constellation::reference_24();
+        assert!(sound.validate().is_ok());
+        for wrong in [-360.5, 360.5, f64::NAN] {
+            let mut argument = sound.clone();
+            argument.slots[3].latitude_argument_deg = wrong;
+            let said = argument.validate().expect_err("beyond a turn").to_string();
+            assert!(said.contains("latitude_argument_deg"), "{said}");
+            let mut node = sound.clone();
+            node.slots[3].raan_deg = wrong;
+            let said = node.validate().expect_err("beyond a turn").to_string();
+            assert!(said.contains("raan_deg"), "{said}");
+        }
+    }
+
     fn rome() -> Geodetic {
         Geodetic::from_degrees(41.8, 12.25, 10.0)
     }

@@ -101,3 +101,31 @@ pub(crate) fn receiver(ranging: &RangingConfig, scene: &PositioningScene) -> [Pl
         ),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::reporting::ranging::Source;
+
+    #[test]
+    fn errors_age_by_their_own_orders() {
+        let none = Source { sigma_m: 0.0, tau_s: 100.0 };
+        let quiet = RangeBudget {
+            selective_availability: none,
+            clock_ephemeris: none,
+            ionosphere: none,
+            troposphere: none,
+            ..RangeBudget::modern()
+        };
+        let two_m = Source { sigma_m: 2.0, tau_s: 100.0 };
+        // Second order, ρ(τ) = 2/e: √(8·(1 − 2/e)); first order, ρ(τ) = 1/e: √(8·(1 − 1/e)).
+        let second = RangeBudget { selective_availability: two_m, ..quiet };
+        assert!((aged_sigma_m(&second, 0.1, 100.0) - 1.453_936).abs() < 1e-6);
+        let first = RangeBudget { clock_ephemeris: two_m, ..quiet };
+        assert!((aged_sigma_m(&first, 0.1, 100.0) - 2.248_770).abs() < 1e-6);
+        for age_s in [0.0, 1e5] {
+            let whole = if age_s == 0.0 { 0.0 } else { 8.0f64.sqrt() };
+            assert!((aged_sigma_m(&second, 0.1, age_s) - whole).abs() < 1e-9, "{age_s}");
+        }
+    }
+}

@@ -41,3 +41,23 @@ fn every_target_is_seen_once_per_turn_when_the_beam_points_at_it() {
         assert!(count.iter().all(|&n| (f64::from(n) - turns).abs() <= 1.0), "{count:?} of {turns}");
     }
 }
+
+#[test]
+fn the_beam_passes_what_it_sweeps_and_what_is_as_near_as_the_margin() {
+    // From north to east.
+    let radar = asde(|p| (p.rotation_rpm, p.start_azimuth_deg) = (60.0, 0.0));
+    let sweep = radar.sweep(&interval(1, 0.25));
+    for (degrees, margin, passes) in [
+        (45.0, 0.0, true),
+        (100.0, 0.0, false),
+        (100.0, 11.0, true),
+        (-10.0, 0.0, false),
+        (-10.0, 11.0, true),
+        (180.0, 11.0, false),
+        (-135.0, 0.0, false),
+        (360.0 + 45.0, 0.0, true),
+    ] {
+        let (azimuth, margin_rad) = (f64::to_radians(degrees), f64::to_radians(margin));
+        assert_eq!(sweep.passes(azimuth, margin_rad), passes, "{degrees} with {margin}");
+    }
+}

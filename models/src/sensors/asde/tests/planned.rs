@@ -231,3 +231,21 @@ fn a_shadow_is_named_for_what_casts_it() {
     assert_eq!(shadows_of_last(vec![]), ["aircraft shadow"]);
     assert_eq!(shadows_of_last(vec![hangar]), ["building shadow", "aircraft shadow"]);
 }
+
+#[test]
+fn what_refines_a_reflection_that_is_left_out_explains_nothing() {
+    let truth = Straight::new(&[((0.0, 900.0), (0.0, 0.0))]);
+    let refining = ["lobing", "roughness", "reflected polarisation", "earth curvature"];
+    let told = |levels: RadarLevels| -> Vec<&'static str> {
+        let mut radar = asde(|p| p.polarisation = Polarisation::Vertical).at_levels(levels);
+        let mut out = PlotSink { explain: true, ..PlotSink::default() };
+        radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut out);
+        out.causes[0].effects.iter().map(|e| e.effect).collect()
+    };
+    let with = told(RadarLevels::EXACT);
+    assert!(refining.iter().all(|word| with.contains(word)), "{with:?}");
+    let mut levels = RadarLevels::EXACT;
+    levels.budget.reflection = crate::sensors::radar::equation::Reflection::None;
+    let without = told(levels);
+    assert!(!refining.iter().any(|word| without.contains(word)), "{without:?}");
+}

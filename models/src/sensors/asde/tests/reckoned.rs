@@ -150,6 +150,23 @@ fn wide_beams_bend_the_range_by_what_is_left_out() {
 }
 
 #[test]
+fn what_couples_into_the_azimuth_bends_the_range_too() {
+    let rms_m = |coupled_rad: f64| {
+        let radar = asde(|p| {
+            (p.azimuth_beamwidth_deg, p.reflection_coupling) = (6.0, 0.1);
+            (p.range_step_m, p.azimuth_step_deg) = (0.0, 0.0);
+        });
+        outcome_of(&radar, (3000.0, 4000.0), |outcome, _| {
+            let loss = loses(Loss { coupled_rad, ..Loss::NONE });
+            outcome.effect(&loss, &Tolerance::default(), false).rms_m
+        })
+    };
+    // By itself it moves 4 µm across; the conversion may switch by it.
+    let (nothing_m, coupled_m) = (rms_m(0.0), rms_m(1e-9));
+    assert!(nothing_m == 0.0 && coupled_m > 1e-3, "{nothing_m} and {coupled_m} m");
+}
+
+#[test]
 fn a_rain_cell_touches_every_box_that_it_reaches() {
     let radar = asde(|_| ());
     let mut wide = 0;
