@@ -1,4 +1,4 @@
-//! Who crosses a runway on the way to his own, and who stands where lead-ins are short: on airports drawn for it.
+//! Who crosses a runway on the way to his own or back over the one that he landed on, and who stands where lead-ins are short: on airports drawn for it.
 
 #[allow(dead_code, reason = "this test draws by hand")]
 mod drawn;
@@ -85,5 +85,42 @@ fn small_aircraft_stand_where_the_file_has_their_stand() {
         let held = held("short-lead-in", &a, seed, &keys);
         assert_eq!(held.broken(), Vec::<String>::new(), "{mix}");
         assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "{mix}");
+    }
+}
+
+/// A landing that leaves between two runways comes back over its own by the same group: its clearance to cross ended with the landing,
+/// and at Flying Cloud five in an hour were on the runway without one.
+#[test]
+fn who_comes_back_over_the_runway_that_he_landed_on_is_cleared_for_it() {
+    for (gap_m, seed) in [(180.0, 1), (200.0, 2), (215.0, 3)] {
+        let mut a = Drawn { turned_rad: 1.1, ..Drawn::default() };
+        a.runway(0.0, 0.0, 2600.0, 0.0, ["13R", "31L"]);
+        a.runway(0.0, gap_m, 2600.0, gap_m, ["13L", "31R"]);
+        // Off to the south at 1 750 m only; to the north leads a way into which no landing turns.
+        let (between, taxi_y) = (60.0, gap_m + 180.0);
+        let (off, south) = (a.node(1750.0, gap_m), a.node(1900.0, between));
+        let (turn, back) = (a.node(2350.0, between), a.node(2350.0, gap_m));
+        let (entry, first) = (a.node(10.0, gap_m), a.node(10.0, taxi_y));
+        let (middle, last) = (a.node(1700.0, taxi_y), a.node(2230.0, taxi_y));
+        let ways = [
+            (off, south),
+            (south, turn),
+            (turn, back),
+            (back, last),
+            (last, middle),
+            (middle, first),
+            (first, entry),
+        ];
+        for (from, to) in ways {
+            a.edge(from, to, false, "A");
+        }
+        a.apron(middle, (1700.0, taxi_y), 1.0, 10);
+        let keys = "arrivals_per_h = 8\ndepartures_per_h = 4\narrival_runways = [\"13L\"]\n\
+                    departure_runways = [\"13L\"]\nmix = { A320 = 1, C550 = 1 }";
+        let held = held(&format!("comes-back-{gap_m}"), &a, seed, keys);
+        let crossed =
+            held.core.clearances().iter().filter(|c| c.kind == "CRO" && c.runway == "13L/31R");
+        assert!(crossed.count() >= 5, "{gap_m} m: nobody comes back");
+        assert_eq!(held.broken(), Vec::<String>::new(), "{gap_m} m");
     }
 }

@@ -70,6 +70,21 @@ impl Drawn {
             .expect("text");
     }
 
+    /// Stands beside a lane along x that leads on from a node at a place, to a side of it (1: above, -1: below).
+    #[allow(dead_code, reason = "not every test that draws has aprons")]
+    pub(crate) fn apron(&mut self, from: usize, (x, y): (f64, f64), side: f64, count: usize) {
+        let lane_y = y + 120.0 * side;
+        let mut lane = self.node(x, lane_y);
+        self.edge(from, lane, false, "C");
+        for k in 0..count {
+            let x = x + 60.0 * (k as f64 + 1.0);
+            let next = self.node(x, lane_y);
+            self.edge(lane, next, false, "L");
+            lane = next;
+            self.stand(x, lane_y + 95.0 * side, &format!("S{from}.{k}"));
+        }
+    }
+
     /// Two runways along x, 13L/31R `gap_m` beyond 13R/31L, ways over both at `places`, a taxiway beyond them and aprons, each beside one
     /// of the places with so many stands.
     #[allow(dead_code, reason = "not every test that draws has two runways")]
@@ -93,16 +108,7 @@ impl Drawn {
             }
         }
         for (at, count) in aprons {
-            let lane_y = taxi_y + 120.0;
-            let mut lane = a.node(places[*at], lane_y);
-            a.edge(tops[*at], lane, false, "C");
-            for k in 0..*count {
-                let x = places[*at] + 60.0 * (k as f64 + 1.0);
-                let next = a.node(x, lane_y);
-                a.edge(lane, next, false, "L");
-                lane = next;
-                a.stand(x, lane_y + 95.0, &format!("S{at}.{k}"));
-            }
+            a.apron(tops[*at], (places[*at], taxi_y), 1.0, *count);
         }
         a
     }

@@ -111,10 +111,14 @@ impl Core {
             let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
             let of = |z: u32| self.pieces.list[z as usize].strip;
             let (strip, then) = (of(z), of(mover.way.pieces[i + 1]));
+            // Who leaves at a side from which he comes back over the runway may have taken that, too.
+            let again = mover.way.pieces[i + 1..mover.next].iter().any(|z| of(*z) == strip);
             self.release(m, z, roll);
             self.movers[m].first_held += 1;
             if let Some(r) = strip.filter(|_| strip != then) {
-                self.end_crossing(m, r);
+                if !again {
+                    self.end_crossing(m, r);
+                }
                 // Who departs may have its own runway before its tail is over one that it crosses.
                 let lands = self.flights[m].direction == Direction::Arrival;
                 if then.is_none() && (lands || r == self.flights[m].runway.0) {
