@@ -1,4 +1,5 @@
-//! Who crosses a runway on the way to his own or back over the one that he landed on, and who stands where lead-ins are short: on airports drawn for it.
+//! Who crosses a runway on the way to his own or back over the one that he landed on, who leaves at
+//! the side of his stand, and who stands where lead-ins are short: on airports drawn for it.
 
 #[allow(dead_code, reason = "this test draws by hand")]
 mod drawn;
@@ -122,5 +123,37 @@ fn who_comes_back_over_the_runway_that_he_landed_on_is_cleared_for_it() {
             held.core.clearances().iter().filter(|c| c.kind == "CRO" && c.runway == "13L/31R");
         assert!(crossed.count() >= 5, "{gap_m} m: nobody comes back");
         assert_eq!(held.broken(), Vec::<String>::new(), "{gap_m} m");
+    }
+}
+
+/// The first exit that one can brake for leads to the other side and back over the runway, where the next one lands; a little farther on
+/// one leaves it at the side of the stands.
+#[test]
+fn a_landing_leaves_at_the_side_of_its_stand() {
+    let mut a = Drawn { turned_rad: 2.6, ..Drawn::default() };
+    a.runway(0.0, 0.0, 2600.0, 0.0, ["09", "27"]);
+    let places = [10.0, 1900.0, 2590.0];
+    let feet = places.map(|x| a.node(x, 0.0));
+    let tops = places.map(|x| a.node(x, 200.0));
+    for k in 0..3 {
+        a.edge(feet[k], tops[k], false, &format!("E{k}"));
+        if k > 0 {
+            a.edge(tops[k - 1], tops[k], false, "A");
+        }
+    }
+    a.apron(tops[1], (1900.0, 200.0), 1.0, 10);
+    let (foot, first, last) = (a.node(1650.0, 0.0), a.node(1650.0, -200.0), a.node(2590.0, -200.0));
+    a.edge(foot, first, false, "F");
+    a.edge(first, last, false, "B");
+    a.edge(last, feet[2], false, "G");
+    for seed in 1..=2 {
+        let keys = "arrivals_per_h = 14\ndepartures_per_h = 4\narrival_runways = [\"09\"]\n\
+                    departure_runways = [\"09\"]\nmix = { A320 = 1, B738 = 1 }";
+        let held = held("own-side", &a, seed, keys);
+        let core = &held.core;
+        let crossed = core.clearances().iter().filter(|c| c.kind == "CRO").count();
+        assert_eq!(crossed, 0, "seed {seed}");
+        assert_eq!(core.measures_of_served(), core.flights().len(), "seed {seed}");
+        assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
     }
 }

@@ -22,6 +22,8 @@ use std::sync::Arc;
 const PAD_MPS: f64 = 8.0;
 /// Nobody brakes harder on a runway, m/s² (assumed).
 const MOST_BRAKING_MPS2: f64 = 3.0;
+/// An exit at more than this turns back, degrees: a right angle, with room for how files place nodes (assumed).
+const TURNS_BACK_DEG: f64 = 91.0;
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 const ROLL_JERK_MPS3: f64 = 2.0;
 
@@ -320,7 +322,14 @@ impl Core {
         }
         exits.sort_by(|a, b| a.0.place_m.total_cmp(&b.0.place_m).then(a.1.cmp(&b.1)));
         let mut left: Vec<(Exit, usize)> = exits;
-        while !left.is_empty() {
+        // Exits from which the way leads back over the runway, where the next one lands: only where there is no other, or only
+        // one that turns back.
+        let mut back: Vec<(Exit, usize)> = Vec::new();
+        let mut any = false;
+        while !left.is_empty() || !back.is_empty() {
+            if left.is_empty() {
+                (left, any) = (std::mem::take(&mut back), true);
+            }
             let places: Vec<Exit> = left.iter().map(|e| e.0).collect();
             let chosen = landing.exit(&places).unwrap_or(left.len() - 1);
             let (exit, arc) = left.remove(chosen);
@@ -329,6 +338,13 @@ impl Core {
             let search = from.entry(arc).or_insert_with(|| Search::new(&self.arcs));
             let found = self.arcs.quickest_to(&net, search, arc, node, is_closed, |a| opposed[a]);
             let Some(found) = found else { continue };
+            let in_strip = |a: &usize| net.edges[a / 2].strip == Some(r);
+            let leads_back = found.arcs.iter().skip_while(|a| in_strip(a)).any(in_strip);
+            let turn = wrap_pi(self.arcs.heading_rad(arc) - direction).abs().to_degrees();
+            if !any && (leads_back || !back.is_empty() && turn > TURNS_BACK_DEG) {
+                back.push((exit, arc));
+                continue;
+            }
             // Braking harder than anybody does: not this exit.
             let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= MOST_BRAKING_MPS2) else {
                 continue;
