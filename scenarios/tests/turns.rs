@@ -1,11 +1,11 @@
-//! Who crosses a runway on the way to his own or back over the one that he landed on, who leaves at
+//! Who crosses a runway on the way to his own or back over the one that he landed on, who is given room between landings, who leaves at
 //! the side of his stand, and who stands where lead-ins are short: on airports drawn for it.
 
 #[allow(dead_code, reason = "this test draws by hand")]
 mod drawn;
 
 use drawn::Drawn;
-use models::traffic::core::Core;
+use models::traffic::core::{Core, Direction};
 use scenarios::hours::{Held, Hour, hour};
 use std::path::PathBuf;
 
@@ -124,6 +124,33 @@ fn who_comes_back_over_the_runway_that_he_landed_on_is_cleared_for_it() {
         assert!(crossed.count() >= 5, "{gap_m} m: nobody comes back");
         assert_eq!(held.broken(), Vec::<String>::new(), "{gap_m} m");
     }
+}
+
+/// Landings on the near runway as often as they come, departures from the far one: at Seattle landings 165 s apart left nobody time to
+/// cross between them, and departures stood for up to half an hour. Here they stood for 364 to 851 s at most.
+#[test]
+fn who_crosses_is_given_room_between_landings() {
+    let mut most_s = Vec::new();
+    for (gap_m, seed, arrivals, departures) in
+        [(300.0, 4, 18, 10), (420.0, 1, 18, 10), (300.0, 4, 20, 12), (420.0, 4, 20, 12)]
+    {
+        let keys = format!(
+            "arrivals_per_h = {arrivals}\ndepartures_per_h = {departures}\narrival_runways = [\"13L\"]\n\
+             departure_runways = [\"31L\"]\nmix = {{ A320 = 1, B738 = 1 }}"
+        );
+        let airport =
+            Drawn::parallel(gap_m, [10.0, 700.0, 1900.0, 2590.0], &[(0, 8), (1, 8), (2, 8)]);
+        let held = held(&format!("room-to-cross-{gap_m}-{arrivals}"), &airport, seed, &keys);
+        let core = &held.core;
+        let departs = |f: &usize| core.flights()[*f].direction == Direction::Departure;
+        let all = (0..core.flights().len()).filter(departs);
+        most_s.push(all.map(|f| core.measures(f).stopped_s).fold(0.0, f64::max));
+        let broken: Vec<String> =
+            held.broken().into_iter().filter(|b| !b.starts_with("served")).collect();
+        assert_eq!(broken, Vec::<String>::new(), "{gap_m} m, seed {seed}");
+    }
+    assert!(most_s.iter().sum::<f64>() < 4.0 * 450.0, "{most_s:?}");
+    assert!(most_s.iter().all(|s| *s < 600.0), "{most_s:?}");
 }
 
 /// The first exit that one can brake for leads to the other side and back over the runway, where the next one lands; a little farther on

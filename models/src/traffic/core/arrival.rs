@@ -87,7 +87,8 @@ impl Core {
             return;
         }
         let r = f.runway.0;
-        let least = if self.mixed[r] { self.departure_slot_s(r) } else { 0.0 };
+        let departs_s = if self.mixed[r] { self.departure_slot_s(r) } else { 0.0 };
+        let least = departs_s.max(self.crossing_slot_s(r));
         let too_near = self.crossing[r].iter().any(|c| {
             let (last_s, wake) = self.last_landing[*c];
             let gap_s = arrival_gap_s(wake, f).max(least).max(self.backtrack_gap_s(*c));

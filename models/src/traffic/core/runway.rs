@@ -227,6 +227,32 @@ impl Core {
         (0..self.movers.len()).filter(wants).map(gap_s).fold(0.0, f64::max)
     }
 
+    /// Gap between two landings that lets somebody over this runway, or one that crosses it, between them, s: the longest of
+    /// those who want to cross soon; 0 if nobody does. Who lands goes first: without it who crosses would starve.
+    pub(super) fn crossing_slot_s(&self, r: usize) -> f64 {
+        let under_way = |m: &usize| {
+            let phase = self.movers[*m].phase;
+            matches!(phase, Phase::Pushing | Phase::Starting(_) | Phase::Taxiing)
+        };
+        let crosses = |m: usize| {
+            let mover = &self.movers[m];
+            let (way, takes_s) = (&mover.way, &mover.timing.take_s);
+            let soon = move |k: usize| {
+                let planned_s = takes_s.get(k).map_or(self.time_s, |take| *take);
+                k == mover.next || k > mover.next && planned_s < self.time_s + CROSSES_SOON_S
+            };
+            let ahead =
+                way.crossings.iter().filter(move |(k, c)| soon(*k) && self.crossing[r].contains(c));
+            ahead.map(move |(k, _)| way.ends_m[way.group_last[*k]] - self.stop_before_m(m, *k))
+        };
+        let longest_m =
+            (0..self.movers.len()).filter(under_way).flat_map(crosses).fold(0.0, f64::max);
+        if longest_m == 0.0 {
+            return 0.0;
+        }
+        self.occupied_s[r].min(MOST_PASSES_S) + over_s(longest_m) + LANDING_AHEAD_S + SLACK_S
+    }
+
     /// Gap between two landings where they backtrack, s: the one before is off when the next one is to be cleared; else 0.
     pub(super) fn backtrack_gap_s(&self, r: usize) -> f64 {
         if backtracked(&self.net, r) {
@@ -342,6 +368,8 @@ const PASSED_M: f64 = 60.0;
 const PASSES_S: f64 = 12.0;
 const OFF_S: f64 = 60.0;
 const MOST_OFF_S: f64 = 200.0;
+/// From the threshold to having passed who wants to cross, at most, s (assumed, for spacing).
+const MOST_PASSES_S: f64 = 120.0;
 /// The same where landings may have to backtrack, s, and how fast the runway is driven then before any did, m/s.
 const MOST_BACK_S: f64 = 500.0;
 const BACK_MPS: f64 = 14.0;
@@ -356,6 +384,14 @@ pub(super) fn occupied_first_s(net: &Network, r: usize) -> f64 {
     let back_s = net.runways[r].length_m / BACK_MPS;
     OFF_S + if backtracked(net, r) { back_s } else { 0.0 }
 }
+/// Who is to cross a runway within this time is given room for it, s (assumed; more keeps landings off busy runways).
+const CROSSES_SOON_S: f64 = 120.0;
+
+/// From a holding position over a runway, so far to where the body is beyond it, s (assumed).
+pub(super) fn over_s(length_m: f64) -> f64 {
+    15.0 + 0.16 * length_m
+}
+
 /// Room in the gap between two landings, s (assumed).
 const SLACK_S: f64 = 12.0;
 

@@ -1,5 +1,6 @@
 //! Pieces taken and released, and who blocks whom.
 
+use super::runway::over_s;
 use super::{Core, Direction, Phase, Policy};
 use crate::control::clearance::ClearanceKind;
 use std::ops::Range;
@@ -247,7 +248,7 @@ impl Core {
         let crossed: Vec<usize> = mover.way.crossings.iter().filter(within).map(|c| c.1).collect();
         let length_m = mover.way.ends_m[last] - mover.s;
         for r in crossed.iter().copied() {
-            if let Some(near) = self.arrival_before(m, r, 15.0 + 0.16 * length_m) {
+            if let Some(near) = self.arrival_before(m, r, over_s(length_m)) {
                 return self.refuse_now(m, near);
             }
             if let Some(near) = self.lands_towards(m, r) {
