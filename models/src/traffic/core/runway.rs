@@ -108,7 +108,8 @@ impl Core {
             return false;
         }
         let rest: Vec<u32> = mover.way.pieces[mover.next..].to_vec();
-        let blocker = rest.iter().find_map(|z| self.blocker(m, *z, true, &[]));
+        let behind = self.told_behind(m);
+        let blocker = rest.iter().find_map(|z| self.blocker(m, *z, true, &behind));
         if let Some(blocker) = blocker.filter(|_| !anyway) {
             return self.refuse(m, Some(blocker));
         }

@@ -175,6 +175,25 @@ impl Core {
                 .all(|z| self.blocker(m, *z, true, &[]).is_none())
     }
 
+    /// By mover: who has come onto its runway behind it by a person's word. He keeps off by his eyes, and cannot go before it has gone.
+    pub(super) fn told_behind(&self, m: usize) -> Vec<bool> {
+        let mut behind = vec![false; self.movers.len()];
+        let (r, end) = self.flights[m].runway;
+        let runway = &self.net.runways[r];
+        let along_m = |o: usize| {
+            let place_m = runway.place_m(self.state(o)?.position_m.xy()).0;
+            Some(if end == 0 { place_m } else { runway.length_m - place_m })
+        };
+        let Some(own_m) = along_m(m) else { return behind };
+        for o in self.by_sight.iter().copied().filter(|o| *o != m) {
+            let lines_up = self.flights[o].direction == Direction::Departure
+                && self.flights[o].runway == (r, end)
+                && matches!(self.movers[o].phase, Phase::Taxiing | Phase::LinedUp(_));
+            behind[o] = lines_up && along_m(o).is_some_and(|place_m| place_m < own_m);
+        }
+        behind
+    }
+
     /// Distance that is free before the guided point of a mover, m, as its pilot sees it; `None` while nobody goes by sight or nothing
     /// is near.
     pub(super) fn sees_free_m(&self, m: usize) -> Option<f64> {
