@@ -275,9 +275,9 @@ pub(crate) const TRAFFIC: &[Key] = &[
         .or("poisson"),
     Key::whole("seed", 0, i64::MAX, "generated: seed of the flights").or("that of the run"),
     Key::new("arrival_runways", Holds::Texts, "generated: runways for landings")
-        .or("by the network"),
+        .or("by network and wind"),
     Key::new("departure_runways", Holds::Texts, "generated: runways for take-offs")
-        .or("by the network"),
+        .or("by network and wind"),
 ];
 
 /// Keys of one mover.

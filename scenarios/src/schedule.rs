@@ -171,12 +171,12 @@ struct Wanted {
 /// Index of a runway and of its end.
 type RunwayEnd = (usize, usize);
 
-/// Reads all sections of these kinds.
+/// Reads all sections of these kinds; the wind is that at the begin of the run, to where it blows.
 pub(crate) fn read(
     root: &Section,
     sections: &[&Section],
     run: &Run,
-    airport: &AirportScene,
+    (airport, wind_mps): (&AirportScene, Vector2<f64>),
     types: &TypeTable,
     (first_entity, places): (usize, Option<&handover::Places>),
     with_truth: bool,
@@ -210,7 +210,7 @@ pub(crate) fn read(
                     section,
                     run,
                     &ground,
-                    &airport.layout.details.in_use,
+                    (&airport.layout.details.in_use, wind_mps),
                     types,
                     &mut remarks,
                 )?,

@@ -47,11 +47,11 @@ enum Kind {
 }
 
 /// Reads `[[traffic]]` and the files that it names, which are listed in the third value; movements
-/// are made of them only for `truth_of`.
+/// are made of them only for `truth_of`. Generated flights use the runways for the wind at the begin, to where it blows.
 pub(crate) fn read(
     root: &Section,
     run: &Run,
-    airport: &AirportScene,
+    (airport, wind_mps): (&AirportScene, Vector2<f64>),
     shapes: ShapeSet,
     truth_of: TruthOf,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
@@ -142,7 +142,7 @@ pub(crate) fn read(
         root,
         &schedules,
         run,
-        airport,
+        (airport, wind_mps),
         &types,
         (first, given.as_ref()),
         with_truth,

@@ -93,6 +93,10 @@ fn everybody_is_found_where_he_is_and_what_is_foreseen_comes() {
                             phase,
                             Phase::Pushing | Phase::Starting(_) | Phase::Taxiing | Phase::Landing
                         ),
+                        // Who lands is on it to a controller when he is over the threshold, 15 m high.
+                        Seen::OnRunway(_) if phase == Phase::Final => {
+                            core.state(m).is_some_and(|s| s.position_m.z < 16.0)
+                        }
                         Seen::OnRunway(_) => matches!(
                             phase,
                             Phase::LinedUp(_) | Phase::Rolling | Phase::Landing | Phase::Taxiing
@@ -120,8 +124,10 @@ fn everybody_is_found_where_he_is_and_what_is_foreseen_comes() {
                     })
                     .collect();
                 errors.sort_by(f64::total_cmp);
-                // Measured here: medians of 0 to 191 s, 31 s over all; one of 184 under way left out.
-                let median_s = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+                // Measured here: medians of 0 to 217 s, 31 s over all; one of 184 under way left out.
+                let middle = |k: usize| errors.get(k).copied().unwrap_or(0.0);
+                let median_s =
+                    0.5 * (middle(errors.len() / 2) + middle(errors.len().saturating_sub(1) / 2));
                 assert!(median_s < 240.0, "{name}: {errors:.0?}");
                 assert!(answer.left_out.len() <= 1, "{name}: {:?}", answer.left_out);
                 all.extend(errors);
@@ -192,7 +198,8 @@ fn a_change_tells_who_gains_and_who_loses_by_it() {
             assert!(moved.is_some(), "{name}: {:?}", answer.with.ends_s[leaves]);
             turned += 1;
         }
-        // An arrival that has not landed goes to the farthest stand that it can use: it is there later.
+        // An arrival that has not landed goes to a stand far away that it can use: it is there at another time. (Two of the farthest may
+        // be as far from its exit as its own.)
         let comes = |m: &usize| {
             core.phase(*m) == Phase::Absent && as_it_is.ends_s[*m].is_some_and(|s| s < 1800.0)
         };
@@ -204,11 +211,14 @@ fn a_change_tells_who_gains_and_who_loses_by_it() {
         let can = |s: &usize| {
             moment.can(&airport.network, &airport.flights, stand(coming, *s)).is_ok() && !taken(*s)
         };
-        let all = (0..stands.len()).filter(can);
-        let far = all.max_by(|a, b| away_m(a).total_cmp(&away_m(b))).expect("another stand");
-        let answer = moment.what_if(&airport, stand(coming, far)).expect("can be given");
-        let moved = answer.moved().find(|(m, ..)| *m == coming);
-        assert!(moved.is_some(), "{name}: {} m away", away_m(&far));
+        let mut all: Vec<usize> = (0..stands.len()).filter(can).collect();
+        all.sort_by(|a, b| away_m(b).total_cmp(&away_m(a)));
+        let moves = |far: &usize| {
+            let answer = moment.what_if(&airport, stand(coming, *far)).expect("can be given");
+            answer.moved().any(|(m, ..)| m == coming)
+        };
+        let far = &all[..3];
+        assert!(far.iter().any(moves), "{name}: {:.0} m away", away_m(&far[0]));
         looked += 1;
     }
     assert!(looked >= 2 && turned >= 2, "{looked} arrivals, {turned} departures");

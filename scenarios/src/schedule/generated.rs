@@ -33,7 +33,7 @@ pub(super) fn generated(
     section: &Section,
     run: &Run,
     ground: &Ground<'_>,
-    in_use: &[Vec<String>; 2],
+    (in_use, wind_mps): (&[Vec<String>; 2], Vector2<f64>),
     types: &TypeTable,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Wanted>, ScenarioError> {
@@ -58,16 +58,17 @@ pub(super) fn generated(
     if drawn_mix {
         mix = owned(&USUAL_MIX);
     }
-    let ends = |key: &str, arrival: bool| -> Result<Vec<String>, ScenarioError> {
+    let named = |key: &str, known: &[String]| -> Result<Vec<String>, ScenarioError> {
         let given: Vec<String> = section.texts(key)?.into_iter().map(|(n, _)| n).collect();
-        let known = &in_use[usize::from(!arrival)];
-        Ok(match (given.is_empty(), known.is_empty()) {
-            (false, _) => given,
-            (true, false) => known.clone(),
-            (true, true) => default_ends(ground, arrival),
-        })
+        Ok(if given.is_empty() { known.to_vec() } else { given })
     };
-    let (landing, leaving) = (ends("arrival_runways", true)?, ends("departure_runways", false)?);
+    let mut landing = named("arrival_runways", &in_use[0])?;
+    let mut leaving = named("departure_runways", &in_use[1])?;
+    if landing.is_empty() || leaving.is_empty() {
+        let [lands, leaves] = default_ends(ground, wind_mps, [&landing, &leaving]);
+        landing = if landing.is_empty() { lands } else { landing };
+        leaving = if leaving.is_empty() { leaves } else { leaving };
+    }
     let usable: Vec<usize> = (0..network.stands.len())
         .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
         .collect();

@@ -3,7 +3,7 @@
 use super::RunwayEnd;
 use super::flights::flight_of;
 use crate::types::TypeRow;
-use models::frames::{Azimuth, wrap_pi};
+use models::frames::{Azimuth, Vector2, wrap_pi};
 use models::traffic::network::{NetEdge, Network, code_of_span};
 use models::traffic::runway_roll::{INTERSECTION_SHARE, touchdown_zone};
 use models::traffic::way::Arcs;
@@ -195,9 +195,19 @@ fn spread(
     seen
 }
 
-/// Ends that traffic uses where the scene says nothing: arrivals to the runway with most exits from which stands are
-/// reached, departures from the next best one that does not cross it, else from the same.
-pub(super) fn default_ends(ground: &Ground<'_>, arrival: bool) -> Vec<String> {
+/// Nobody lands or takes off with more wind from behind, m/s, or from the side, where other ends have less (traffic.md 8.4).
+const MOST_TAILWIND_MPS: f64 = 2.5;
+const MOST_CROSSWIND_MPS: f64 = 12.0;
+
+/// Ends that traffic uses where the scene names none, for landings and take-offs, each beside those that it names (empty: none).
+///
+/// Landings go to the runway with most exits from which stands are reached, take-offs to the next best one that does not cross it,
+/// else to the same, at the wind (to where it blows, m/s). Nobody takes off towards those who land, on runways side by side either.
+pub(super) fn default_ends(
+    ground: &Ground<'_>,
+    wind_mps: Vector2<f64>,
+    named: [&[String]; 2],
+) -> [Vec<String>; 2] {
     let network = ground.network;
     let exits = |r: usize| {
         let off = |e: &&NetEdge| e.runway.is_none() && !e.backtrack;
@@ -207,27 +217,84 @@ pub(super) fn default_ends(ground: &Ground<'_>, arrival: bool) -> Vec<String> {
     let mut order: Vec<usize> = (0..network.runways.len()).filter(|r| exits(*r) > 0).collect();
     order.sort_by_key(|r| (std::cmp::Reverse(exits(*r)), *r));
     let crosses = |a: usize, b: usize| {
-        network.runways[a]
-            .spine
+        let spine = |r: usize| network.runways[r].spine.iter().map(|(_, n)| *n);
+        spine(a).any(|n| spine(b).any(|m| m == n))
+    };
+    let all: Vec<RunwayEnd> = order.iter().flat_map(|r| [(*r, 0), (*r, 1)]).collect();
+    let of = |arrival: bool| -> Vec<Candidate> {
+        let fixed: Vec<RunwayEnd> = named[usize::from(!arrival)]
             .iter()
-            .any(|(_, n)| network.runways[b].spine.iter().any(|(_, m)| m == n))
+            .filter_map(|name| end_named(network, name))
+            .collect();
+        let ends = if fixed.is_empty() { &all } else { &fixed };
+        let candidate = |end: &RunwayEnd| {
+            let (r, e) = *end;
+            let ends_m = network.runways[r].ends_m;
+            let towards = (ends_m[1 - e] - ends_m[e]).normalize();
+            let tail_mps = wind_mps.dot(&towards);
+            Candidate {
+                end: *end,
+                rank: order.iter().position(|o| *o == r).unwrap_or(order.len()),
+                towards,
+                length_m: Reach::of(ground, *end, arrival).length_m(0),
+                tailwind: tail_mps > MOST_TAILWIND_MPS,
+                crosswind: (wind_mps - towards * tail_mps).norm() > MOST_CROSSWIND_MPS,
+            }
+        };
+        ends.iter().map(candidate).collect()
     };
-    let reach_m = |r: usize, end: usize, arrival| Reach::of(ground, (r, end), arrival).length_m(0);
-    let used = |r: usize, arrival| (0..2).any(|end| reach_m(r, end, arrival) > 0.0);
-    let best = order.iter().copied().find(|r| used(*r, true));
-    let Some(first) = best.or(order.first().copied()) else { return Vec::new() };
-    let others = order.iter().copied().filter(|r| *r != first);
-    let second = others.filter(|r| !crosses(*r, first)).find(|r| used(*r, false)).unwrap_or(first);
-    let r = if arrival { first } else { second };
-    // One runway for both is used one way only.
-    let score = |end: usize| match (second == first, arrival) {
-        (true, _) => reach_m(r, end, true).min(reach_m(r, end, false)),
-        (false, true) if reach_m(r, end, true) > 0.0 => f64::from(2 - end as u32),
-        (false, true) => 0.0,
-        (false, false) => reach_m(r, end, false),
-    };
-    let end = usize::from(score(1) > score(0) + 1.0 || score(0) == 0.0 && score(1) > 0.0);
-    vec![network.runways[r].names[end].clone()]
+    let [landing, leaving] = [of(true), of(false)];
+    let mut best: Option<(Merit, f64, [RunwayEnd; 2])> = None;
+    for (lands, leaves) in landing.iter().flat_map(|a| leaving.iter().map(move |d| (a, d))) {
+        let same = lands.end.0 == leaves.end.0;
+        if !same && crosses(lands.end.0, leaves.end.0) {
+            continue;
+        }
+        let both = [lands, leaves];
+        let count = |what: &dyn Fn(&Candidate) -> bool| both.iter().filter(|c| what(c)).count();
+        let merit = Merit {
+            without_way: count(&|c| c.length_m == 0.0),
+            tailwinds: count(&|c| c.tailwind),
+            head_on: lands.towards.dot(&leaves.towards) < HEAD_ON_COS,
+            crosswinds: count(&|c| c.crosswind),
+            ranks: (lands.rank, if same { usize::MAX } else { leaves.rank }),
+        };
+        let length_m = if same { lands.length_m.min(leaves.length_m) } else { leaves.length_m };
+        let better = best.as_ref().is_none_or(|(known, known_m, _)| {
+            merit < *known || merit == *known && length_m > known_m + 1.0
+        });
+        if better {
+            best = Some((merit, length_m, [lands.end, leaves.end]));
+        }
+    }
+    let name = |(r, end): RunwayEnd| vec![network.runways[r].names[end].clone()];
+    best.map_or([Vec::new(), Vec::new()], |(_, _, ends)| ends.map(name))
+}
+
+/// Ends whose directions enclose more than 120 degrees lie head-on (assumed).
+const HEAD_ON_COS: f64 = -0.5;
+
+/// An end that traffic may use.
+struct Candidate {
+    end: RunwayEnd,
+    /// Place of its runway in the order by exits.
+    rank: usize,
+    /// Direction of landings and take-offs.
+    towards: Vector2<f64>,
+    /// Length that can be used, m.
+    length_m: f64,
+    tailwind: bool,
+    crosswind: bool,
+}
+
+/// What speaks against an end for landings and one for take-offs, the gravest first.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Merit {
+    without_way: usize,
+    tailwinds: usize,
+    head_on: bool,
+    crosswinds: usize,
+    ranks: (usize, usize),
 }
 
 /// Runway that a type needs behind an entry or before an exit, m. Take-offs need 1.15 of their run, where no entry has that 1.05 of
