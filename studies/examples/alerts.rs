@@ -5,7 +5,7 @@
 //!
 //! A scene that has an `.expect.json` beside it is held against it.
 //!
-//! With `--failing people` (`all`, `nobody`) airports stand in place of scenes (a name of the study `control`, or a layout file): an
+//! With `--failing people` (`all`, `nobody`, or one kind of failure) airports stand in place of scenes (a name of the study `control`, or a layout file): an
 //! hour of the study's traffic there, in which that goes wrong, by radar and multilateration; `--rate N` movements an hour each way.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
@@ -73,7 +73,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     Some("all") => OF_ALL_KINDS,
                     Some("people") => BY_PEOPLE,
                     Some("nobody") => NOTHING,
-                    _ => return Err("--failing: people, all or nobody".into()),
+                    Some(kind) if one_kind(kind).is_some() => one_kind(kind).unwrap_or(NOTHING),
+                    _ => return Err("--failing: people, all, nobody or a kind of failure".into()),
                 });
             }
             "--rate" => options.rate = Some(args.next().unwrap_or_default().parse()?),
@@ -132,6 +133,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     Ok(())
+}
+
+/// One kind of failure alone, of every third flight that can fail so.
+fn one_kind(kind: &str) -> Option<Failing> {
+    let only = |kinds: &'static [&'static str]| {
+        let at = kinds.iter().position(|k| *k == kind);
+        at.map_or(&[][..], |at| &kinds[at..=at])
+    };
+    let (arrivals, departures) = (only(OF_ALL_KINDS.arrivals), only(OF_ALL_KINDS.departures));
+    (!arrivals.is_empty() || !departures.is_empty()).then_some(Failing { arrivals, departures })
 }
 
 fn print(side: &str, now: SimTime, change: Change, alert: &Alert, about: &str) {

@@ -10,6 +10,7 @@ pub mod association;
 mod bounds;
 pub mod chain;
 mod chart;
+pub mod clearing;
 mod clock;
 pub mod control;
 mod control_found;
