@@ -472,11 +472,21 @@ impl One<'_, '_> {
                     && (other_m - stand_m).norm() > p.stands_apart_m
             })
         };
+        // Nor does who is on his way and stops beside it: at the line of a runway, in a queue.
+        let strips = self.rules.board.strips();
+        let on_his_way = |o: &Situation| {
+            let Some(strip) = o.strip.map(|i| &strips[i as usize]) else { return false };
+            let from_elsewhere =
+                strip.stand_m.is_some_and(|own_m| (own_m - stand_m).norm() > p.stands_apart_m);
+            strip.kinds.any(Kinds::of(&[LineUp, TakeOff, Cross]))
+                || strip.kinds.has(Taxi) && from_elsewhere
+        };
         let situations = surveillance.situations();
         let occupied = parked.any_near(situations, p, stand_m, |o| {
             (o.target.position_m - stand_m).norm_squared() <= near2
                 && o.target.number != s.target.number
                 && !elsewhere(o.target.position_m)
+                && !on_his_way(o)
         });
         if occupied {
             self.raise(AlertKind::StandOccupied, Stage::Information, None);
