@@ -134,7 +134,9 @@ impl<'a> Look<'a> {
         if target.altitude_m.is_none() && flies && situation.fast.is_none() {
             situation.strips = 0;
         }
-        if let Some(on_final) = situation.on_final {
+        // The first velocity of a track is a guess: it makes nobody one who landed.
+        let known = parameters.doubt.is_none_or(|d| now.since_s(memory.born) >= d.young_s);
+        if let Some(on_final) = situation.on_final.filter(|_| known) {
             memory.last_final = Some((now, on_final.runway));
         }
         memory.final_span = match (situation.on_final, memory.final_span) {

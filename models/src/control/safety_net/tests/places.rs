@@ -339,3 +339,28 @@ fn a_bar_beyond_the_holding_distance_is_a_bar() {
     // The nose is 19 m ahead: at 220 m after the first second.
     assert_eq!((at(90.0), at(190.0)), (Some(27), Some(7)));
 }
+
+/// A light aircraft that comes at 29 m/s was "on final" at 51 in the first scan of its track, and two minutes later one who lands without
+/// clearance, where exact truth has one who rolls without.
+#[test]
+fn the_first_velocity_of_a_track_makes_nobody_one_who_lands() {
+    let rolls = |first_mps: f64, scans: u32| {
+        let found = raised(Parameters::on_tracks(), 120, |s| {
+            let y = -1700.0 + 29.0 * f64::from(s);
+            let v = if s <= scans { first_mps } else { 29.0 };
+            vec![Target { arriving: true, ..target(5, "ABC1", (0.0, y), (0.0, v), s) }]
+        });
+        let flies = |kind: &String| kind == "NOCLR_LND" || kind == "NOCLR_TOF";
+        found.into_iter().map(|r| r.1).filter(flies).collect::<Vec<_>>()
+    };
+    assert_eq!(rolls(29.0, 0), ["NOCLR_TOF"]);
+    assert_eq!(rolls(51.0, 1), ["NOCLR_TOF"]);
+    // Who really comes so fast is one who lands.
+    let lands = raised(Parameters::on_tracks(), 60, |s| {
+        let y = -1700.0 + 51.0 * f64::from(s);
+        vec![Target { arriving: true, ..target(5, "ABC1", (0.0, y), (0.0, 51.0), s) }]
+    });
+    let kinds: Vec<_> = lands.into_iter().map(|r| r.1).collect();
+    assert!(kinds.contains(&"NOCLR_LND".to_owned()), "{kinds:?}");
+    assert!(!kinds.contains(&"NOCLR_TOF".to_owned()), "{kinds:?}");
+}
