@@ -116,6 +116,13 @@ impl Control {
                 }
                 Notice::Tracks(tracks) => self.tracks.clone_from(tracks),
                 Notice::Clearances(clearances) => clearances.iter().for_each(|c| self.clear(c)),
+                Notice::Stands(stands) => {
+                    for told in stands {
+                        if let Some(strip) = self.board.strip(Callsign::new(&told.callsign)) {
+                            strip.stand_m = Some(told.stand_m.into());
+                        }
+                    }
+                }
                 Notice::Wants { share, wants } => {
                     if let Some(seats) = &mut self.seats {
                         seats.take(*share, wants);

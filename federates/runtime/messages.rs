@@ -50,7 +50,7 @@ pub use join::{Accepted, Hello, ProducerAt, Return, Was, Welcome};
 pub use log::{LogAsk, LogPage, LogRecord};
 pub use notices::{
     AdviceNotice, AlertMessage, CausedPlot, ClearanceNotice, FlightNotice, GivenNotice, Notice,
-    PlotsNotice, SeatEvent, SeatMessage, TrackNotice, WantNotice, WeatherNotice,
+    PlotsNotice, SeatEvent, SeatMessage, StandNotice, TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 pub use seat::{HANDOVER_SEAT, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};

@@ -128,6 +128,7 @@ impl Smdfm {
                 | Notice::Wants { .. }
                 | Notice::Given(_)
                 | Notice::Seat(_)
+                | Notice::Stands(_)
                 | Notice::Clearances(_) => {}
                 Notice::Plots(plots) => self.remote.take(plots),
             }

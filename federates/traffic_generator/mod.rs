@@ -20,7 +20,7 @@ use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, P
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
     ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, SeatEvent, SeatInput,
-    SeatMessage, WantNotice,
+    SeatMessage, StandNotice, WantNotice,
 };
 use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
@@ -62,6 +62,8 @@ struct Told {
     open: Vec<usize>,
     /// What flights of this share wait for.
     wants: Vec<WantNotice>,
+    /// The stand of each flight, where it is another than planned.
+    stands: BTreeMap<usize, usize>,
 }
 
 /// One mover of this share.
@@ -196,6 +198,34 @@ impl TrafficGenerator {
         }
     }
 
+    /// Tells control which flights of this share have got another stand than planned, once a scan.
+    fn tell_stands(&mut self, frame: Frame, out: &mut FrameOut) {
+        let scan = frame.is_multiple_of(u64::from(self.scene.run.frames_per_scan));
+        if !scan || !on_tracks(&self.scene) {
+            return;
+        }
+        let (Some((core, _)), Some(behaving)) = (&self.core, &self.scene.traffic.behaving) else {
+            return;
+        };
+        let mut changed = Vec::new();
+        for (flight, planned) in core.flights().iter().enumerate() {
+            let stand = core.stand(flight);
+            let known = self.told.stands.get(&flight).copied().unwrap_or(planned.stand);
+            if stand == known {
+                continue;
+            }
+            self.told.stands.insert(flight, stand);
+            if scenarios::in_share(behaving.first_entity + flight, self.share, self.of) {
+                let at_m = core.stand_m(stand);
+                let callsign = planned.callsign.clone();
+                changed.push(StandNotice { callsign, stand_m: [at_m.x, at_m.y] });
+            }
+        }
+        if !changed.is_empty() {
+            out.notices.push(Notice::Stands(changed));
+        }
+    }
+
     /// Tells pages what people drive: ten times a second while somebody does, once a second else.
     fn tell_driven(&self, frame: Frame, out: &mut FrameOut) {
         let share_1 = self.share == 1 && driven::any(&self.scene);
@@ -227,6 +257,7 @@ impl TrafficGenerator {
         self.take_answers();
         self.tell_clearances(out);
         self.tell_wants(frame, out);
+        self.tell_stands(frame, out);
         let first = self.scene.traffic.behaving.as_ref().map_or(usize::MAX, |b| b.first_entity);
         let run = &self.scene.run;
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
@@ -493,6 +524,8 @@ impl Federate for TrafficGenerator {
     }
 }
 
+#[cfg(test)]
+mod stand_tests;
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -136,6 +136,7 @@ impl Weight for FrameEnds {
             Notice::Clearances(all) => all.iter().map(|c| 128 + 16 * c.way_m.len()).sum(),
             Notice::Wants { wants, .. } => 64 + 64 * wants.len(),
             Notice::Plots(of) => 256 + 256 * of.plots.len(),
+            Notice::Stands(all) => 64 + 64 * all.len(),
             Notice::Given(_) | Notice::Seat(_) => 256,
         });
         128 + hashes + notices.sum::<usize>()

@@ -43,6 +43,17 @@ pub enum Notice {
     Given(GivenNotice),
     /// What sensors of another SMDFM saw in a scan, for the one that fuses them.
     Plots(PlotsNotice),
+    /// Flights that have another stand than the flight data list says, or was told last.
+    Stands(Vec<StandNotice>),
+}
+
+/// The stand of a flight from now on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StandNotice {
+    /// Who.
+    pub callsign: String,
+    /// Where it is, m east and north.
+    pub stand_m: [f64; 2],
 }
 
 /// What one sensor saw in a scan; several in a row where one would be too long.
