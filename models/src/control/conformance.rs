@@ -296,7 +296,10 @@ impl One<'_, '_> {
             others.into_iter().any(|o| self.cleared(&allowed, o, None))
         };
         let landed = landed_on.is_some_and(|runway| runway == r || crosses(runway));
-        let entered = s.fast.is_none() && s.on_final.is_none() && !s.airborne && !landed;
+        // Who rolled a scan ago and does not for this one rolls: a track's velocity turns aside for as long.
+        let rolled = p.doubt.is_some() && s.last_fast.is_some_and(|at| now.since_s(at) <= ROLLS_S);
+        let rolls = s.fast.is_some() || rolled;
+        let entered = !rolls && s.on_final.is_none() && !s.airborne && !landed;
         if entered && !self.cleared(&allowed, r, None) && !elsewhere() {
             self.raise(AlertKind::NoRunwayClearance, Stage::Alarm, Some(r));
         }
@@ -494,6 +497,8 @@ impl One<'_, '_> {
     }
 }
 
+/// Who rolled so shortly ago rolls, on tracks, s: a scan and a half (assumed).
+const ROLLS_S: f64 = 1.5;
 /// Who has been so far before a bar passes it anew, m (assumed).
 const WELL_BEFORE_M: f64 = 15.0;
 

@@ -364,3 +364,31 @@ fn the_first_velocity_of_a_track_makes_nobody_one_who_lands() {
     assert!(kinds.contains(&"NOCLR_LND".to_owned()), "{kinds:?}");
     assert!(!kinds.contains(&"NOCLR_TOF".to_owned()), "{kinds:?}");
 }
+
+/// A roll without clearance whose velocity pointed aside for one scan was no roll in that, and somebody on the runway without clearance
+/// (KSFZ, one of 32 movements).
+#[test]
+fn a_roll_that_points_aside_for_a_scan_is_nobody_who_entered() {
+    let kinds = |parameters, stops_at: u32, aside: u32| {
+        let found = raised(parameters, 60, |s| {
+            let t = f64::from(s.min(stops_at));
+            let (y, v) =
+                if s < 20 { (300.0, 0.0) } else { (300.0 + (t - 19.0).powi(2), 2.0 * (t - 19.0)) };
+            let v = if s > stops_at { 0.0 } else { v };
+            let across = if s == aside { 0.6 * v } else { 0.0 };
+            vec![target(5, "ABC1", (0.0, y), (across, v), s)]
+        });
+        let on_runway: Vec<u32> =
+            found.iter().filter(|r| r.1 == "NOCLR_RWY").map(|r| r.0).collect();
+        // He lined up without clearance, too: that is told of as his track begins.
+        on_runway.into_iter().filter(|s| *s > 20).collect::<Vec<_>>()
+    };
+    let tracks = Parameters::on_tracks();
+    assert_eq!(kinds(tracks, 60, 0), Vec::<u32>::new());
+    assert_eq!(kinds(tracks, 60, 33), Vec::<u32>::new(), "for a scan");
+    assert_eq!(kinds(Parameters::default(), 60, 33), [33], "exact truth points where it goes");
+    // Who stops is somebody on the runway, a scan later than on exact truth at most.
+    let (exact, found) = (kinds(Parameters::default(), 40, 0), kinds(tracks, 40, 0));
+    assert_eq!(exact, [41]);
+    assert!(found.len() == 1 && found[0] <= 42, "{found:?}");
+}
