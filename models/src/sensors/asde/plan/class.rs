@@ -215,44 +215,47 @@ mod tests {
         }
     }
 
+    /// Without what is between degrees the least echo was up to 2.4 times too large, the wander 1.6 times too small.
+    fn within(range: (f64, f64), value: f64) -> bool {
+        0.98 * range.0 <= value && value <= 1.02 * range.1 + 1e-9
+    }
+
+    /// A wander below what matters for steps is none.
+    fn wander_within(range: (f64, f64), value_m: f64) -> bool {
+        let least_m = if range.0 < 2.0 * NOTHING_M { 0.0 } else { range.0 };
+        within((least_m, range.1.max(NOTHING_M)), value_m)
+    }
+
     proptest! {
-           #![proptest_config(ProptestConfig::with_cases(200))]
-           #[test]
-           fn no_aspect_of_a_shape_of_ones_own_is_outside_what_is_said_of_all(shape in shape()) {
-               prop_assume!(shape.validate().is_ok());
-               let class = TargetClass {
-                   designator: "OWN".into(),
-                   aircraft: true,
-                   length_m: 37.6,
-                   span_m: 35.8,
-                   height_m: 11.8,
-                   rcs_m2: 15.0,
-                   shape: Arc::new(shape),
-               };
-               let facts = ClassFacts::of(&class);
-               for k in -18_000..18_000 {
-                   let view = (f64::from(k) * 0.01 + 0.003).to_radians();
-                   let Some(c) = centroid(ExtentLevel::Centroid, &class, view) else {
-                       prop_assert_eq!(facts.aspect.0, 0.0);
-                       continue;
-                   };
-                   // Without what is between degrees the least echo was up to 2.4 times too large, the wander 1.6 times too small.
-                   let within =
-                       |range: (f64, f64), value: f64| 0.98 * range.0 <= value && value <= 1.02 * range.1 + 1e-9;
-                   // A wander below what matters for steps is none.
-                   let wander = |range: (f64, f64), value: f64| {
-    let least = if range.0 < 2.0 * NOTHING_M { 0.0 } else { range.0 };
-    within((least, range.1.max(NOTHING_M)), value)
-    };
-                   let share = c.rcs_m2 / class.rcs_m2;
-                   prop_assert!(within(facts.aspect, share), "{} at {}", share, view);
-                   prop_assert!(wander(facts.along_m, c.glint_along_m), "{:?} at {}", c, view);
-                   prop_assert!(wander(facts.across_m, c.glint_across_m), "{:?} at {}", c, view);
-                   let bias_m = libm::hypot(c.bias_along_m, c.bias_across_m);
-                   prop_assert!(bias_m <= 1.02 * facts.bias_m + 1e-9, "{} at {}", bias_m, view);
-               }
-           }
-       }
+        #![proptest_config(ProptestConfig::with_cases(200))]
+        #[test]
+        fn no_aspect_of_a_shape_of_ones_own_is_outside_what_is_said_of_all(shape in shape()) {
+            prop_assume!(shape.validate().is_ok());
+            let class = TargetClass {
+                designator: "OWN".into(),
+                aircraft: true,
+                length_m: 37.6,
+                span_m: 35.8,
+                height_m: 11.8,
+                rcs_m2: 15.0,
+                shape: Arc::new(shape),
+            };
+            let facts = ClassFacts::of(&class);
+            for k in -18_000..18_000 {
+                let view = (f64::from(k) * 0.01 + 0.003).to_radians();
+                let Some(c) = centroid(ExtentLevel::Centroid, &class, view) else {
+                    prop_assert_eq!(facts.aspect.0, 0.0);
+                    continue;
+                };
+                let share = c.rcs_m2 / class.rcs_m2;
+                prop_assert!(within(facts.aspect, share), "{} at {}", share, view);
+                prop_assert!(wander_within(facts.along_m, c.glint_along_m), "{:?} at {}", c, view);
+                prop_assert!(wander_within(facts.across_m, c.glint_across_m), "{:?} at {}", c, view);
+                let bias_m = libm::hypot(c.bias_along_m, c.bias_across_m);
+                prop_assert!(bias_m <= 1.02 * facts.bias_m + 1e-9, "{} at {}", bias_m, view);
+            }
+        }
+    }
 
     #[test]
     fn facts_are_those_of_classes_of_the_same_size_echo_and_shape() {
