@@ -22,7 +22,7 @@ const NOT_FLOWN: &[(&str, &[&str])] = &[
     ("sensors/mod.rs", &["model_named"]),
     ("sensors/radar/detection.rs", &["marcum_q", "sankaran", "shnidman_db"]),
     ("sensors/reporting/gauss_markov.rs", &["averaged_variance_ratio"]),
-    ("sensors/induction_loop.rs", &["occupancy_s"]),
+    ("sensors/induction_loop/config.rs", &["occupancy_s"]),
     ("sensors/radar/propagation.rs", &["one_way_real", "sinc"]),
     ("sensors/radar/equation.rs", &["floor_db"]),
     ("sensors/radar/radial.rs", &["probability_within", "radial_quantile"]),

@@ -97,7 +97,7 @@ fn called(cases: &Table, name: &str) -> Called {
         of.filter_map(Value::as_str).any(|w| name == w || name.starts_with(&format!("{w}.")))
     };
     // The last one goes before: it is the nearer.
-    let scene = list("scene").filter(covers).last();
+    let scene = list("scene").rfind(covers);
     let scene = scene.unwrap_or_else(|| panic!("{name}: no [[scene]] is for it"));
     let mut out =
         Called { scene: shipped(&text(scene, "from").expect("from")), ..Called::default() };

@@ -481,9 +481,9 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
             "{{\"frame\":{frame},\"seat\":\"apron\",\"person\":\"anna\",\"action\":\"{action}\"{more}}}\n"
         )
     };
-    let there: String = (26..36).map(|n| line(1000 * n, "here", "")).collect();
+    let there: String = (21..36).map(|n| line(1000 * n, "here", "")).collect();
     let sits = folder.file("sits.jsonl");
-    std::fs::write(&sits, line(25_100, "take", "") + &there).expect("inputs");
+    std::fs::write(&sits, line(20_100, "take", "") + &there).expect("inputs");
     fly(&["--record", &folder.file("sits.pcapng"), "--inputs", &sits]);
     let log = rusqlite::Connection::open(folder.file("sits.sqlite")).expect("a database");
     assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 0);
@@ -507,7 +507,7 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
         // Nobody is seen where control is told no tracks.
         decide(1, "what-if", "HOLD 120"),
     ];
-    std::fs::write(&decides, line(25_100, "take", "") + &there + &words.concat()).expect("inputs");
+    std::fs::write(&decides, line(20_100, "take", "") + &there + &words.concat()).expect("inputs");
     let record = folder.file("decides.pcapng");
     let reference = fly(&["--record", &record, "--inputs", &decides]);
     let log = folder.file("decides.sqlite");

@@ -43,7 +43,7 @@ pub fn sigma_passage_m(sigma_edge_m: f64, speed_mps: f64, sigma_t_s: f64) -> f64
     libm::hypot(sigma_edge_m, speed_mps * sigma_t_s)
 }
 
-/// Parameters of an [`InductionLoop`].
+/// Parameters of an [`InductionLoop`](super::InductionLoop).
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopConfig {
     /// Number of the sensor in the scene.

@@ -203,6 +203,24 @@ fn noise_takes_nobody_over_a_bar_and_who_passes_it_is_told() {
     }
 }
 
+/// `bar_margin_m`: so far behind the bar the nose is over it.
+#[test]
+fn a_bar_is_passed_so_far_behind_it() {
+    let board = cleared("ABC1", ClearanceKind::Taxi, 0);
+    let at = |bar_margin_m: f64| {
+        let passes = |s: u32| {
+            let x = 125.0 - 5.0 * f64::from(s);
+            vec![target(1, "ABC1", (x, 1000.0), (-5.0, 0.0), s)]
+        };
+        [Parameters::default(), Parameters::on_tracks()].map(|parameters| {
+            let parameters = Parameters { bar_margin_m, ..parameters };
+            first(&seen(&with_bar(), &board, parameters, 30, passes), "STOPBAR").expect("raised")
+        })
+    };
+    let [exact, tracks] = at(0.0);
+    assert_eq!(at(10.0), [exact + 2, tracks + 2]);
+}
+
 /// Stands 26 m from each other: who stands on one occupied the other whenever noise put him there (28 false alerts in ten hours).
 #[test]
 fn who_stands_on_a_stand_occupies_no_other_unless_they_are_one() {
