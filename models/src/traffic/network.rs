@@ -166,6 +166,9 @@ fn named(names: &[String]) -> String {
     }
 }
 
+/// Two taxiways that meet a runway no farther apart cross it, m (assumed).
+const ACROSS_M: f64 = 60.0;
+
 impl Network {
     /// The network of a layout.
     #[must_use]
@@ -298,6 +301,13 @@ impl Network {
     pub fn length_m(&self, edge: usize) -> f64 {
         let [a, b] = self.ends(&self.edges[edge]);
         (b - a).norm()
+    }
+
+    /// Whether who drives an edge taxies along a runway; over a short one between two taxiways he only crosses it.
+    #[must_use]
+    pub fn is_along_runway(&self, edge: &NetEdge) -> bool {
+        let [a, b] = self.ends(edge);
+        edge.runway.is_some() && (b - a).norm() > ACROSS_M
     }
 
     /// Whether an edge is a lane beside stands: a lead-in begins at one of its nodes.

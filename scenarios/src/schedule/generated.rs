@@ -200,16 +200,22 @@ fn on_stands(
     };
     let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
     // Stands by runway end, type and direction: by exits and entries with enough of the runway, where there are such.
-    let mut known: BTreeMap<(String, String, bool), Vec<bool>> = BTreeMap::new();
-    let mut reach = |name: &str, designator: &str, arrival: bool| -> Vec<bool> {
+    let mut known: BTreeMap<(String, String, bool), [Vec<bool>; 2]> = BTreeMap::new();
+    // Stands that are reached, and those of them that are reached without taxiing along another runway.
+    let mut reach = |name: &str, designator: &str, arrival: bool| -> [Vec<bool>; 2] {
         let key = (name.to_owned(), designator.to_owned(), arrival);
         let found = known.entry(key).or_insert_with(|| {
             let (Some(end), Some(row)) = (end_named(network, name), types.get(designator)) else {
-                return vec![true; network.stands.len()];
+                return [(); 2].map(|()| vec![true; network.stands.len()]);
             };
             let (reach, code) = (Reach::of(ground, end, arrival), code_of_span(row.class.span_m));
-            let stands = reach.stands(code, needs_m(row, &reach, end.1) - 1.0);
-            if stands.contains(&true) { stands } else { reach.stands(code, 0.0) }
+            let least_m = needs_m(row, &reach, end.1) - 1.0;
+            let stands = reach.stands(code, least_m);
+            let (stands, least_m) = match stands.contains(&true) {
+                true => (stands, least_m),
+                false => (reach.stands(code, 0.0), 0.0),
+            };
+            [stands, reach.stands_off_runways(code, least_m)]
         });
         found.clone()
     };
@@ -266,10 +272,12 @@ fn on_stands(
             })
         };
         let need = code_of_span(size.span_m);
-        let mut reached = reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
+        let [mut reached, mut off_runways] =
+            reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
         if let Some(next) = leaves_as[i] {
-            let left = reach(&drawn[next].runway, &d.designator, false);
+            let [left, off] = reach(&drawn[next].runway, &d.designator, false);
             reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
+            off_runways.iter_mut().zip(off).for_each(|(r, l)| *r &= l);
         }
         let fits = |s: usize| network.stands[s].code >= need && reached[s];
         let mut fitting: Vec<usize> =
@@ -278,6 +286,10 @@ fn on_stands(
         let usual = |s: &usize| need < AIRLINER_CODE || !network.stands[*s].light;
         if fitting.iter().any(usual) {
             fitting.retain(usual);
+        }
+        // Nobody taxies along a runway on which others land or take off, where there is an elsewhere.
+        if fitting.iter().any(|s| off_runways[*s]) {
+            fitting.retain(|s| off_runways[*s]);
         }
         // Who would close a lane goes elsewhere, where there is an elsewhere.
         let mut clear = |s: &usize| {

@@ -102,8 +102,22 @@ impl<'a> Reach<'a> {
 
     /// Stands that an aircraft of a code reaches from exits farther than `least_m`, or leaves for entries with more than that.
     pub(super) fn stands(&self, code: u8, least_m: f64) -> Vec<bool> {
-        let doors = self.doors.iter().filter(|d| d.0 > least_m).map(|d| d.1);
-        self.behind(doors.collect(), code)
+        self.behind(self.doors_beyond(least_m), |e| self.usable(e, code))
+    }
+
+    /// The same without taxiing along another runway.
+    pub(super) fn stands_off_runways(&self, code: u8, least_m: f64) -> Vec<bool> {
+        let network = self.ground.network;
+        let usable = |e: &NetEdge| self.usable(e, code) && !network.is_along_runway(e);
+        self.behind(self.doors_beyond(least_m), usable)
+    }
+
+    fn doors_beyond(&self, least_m: f64) -> Vec<usize> {
+        self.doors.iter().filter(|d| d.0 > least_m).map(|d| d.1).collect()
+    }
+
+    fn usable(&self, edge: &NetEdge, code: u8) -> bool {
+        edge.code >= code && edge.runway != Some(self.runway)
     }
 
     /// Length that can be used, m: up to the farthest exit of landings, or the longest run from an entry of take-offs; 0 where
@@ -111,12 +125,12 @@ impl<'a> Reach<'a> {
     pub(super) fn length_m(&self, code: u8) -> f64 {
         let mut doors = self.doors.clone();
         doors.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let used = doors.iter().find(|d| self.behind(vec![d.1], code).contains(&true));
+        let usable = |e: &NetEdge| self.usable(e, code);
+        let used = doors.iter().find(|d| self.behind(vec![d.1], usable).contains(&true));
         used.map_or(0.0, |d| d.0.max(0.0))
     }
 
-    fn behind(&self, doors: Vec<usize>, code: u8) -> Vec<bool> {
-        let usable = |e: &NetEdge| e.code >= code && e.runway != Some(self.runway);
+    fn behind(&self, doors: Vec<usize>, usable: impl Fn(&NetEdge) -> bool) -> Vec<bool> {
         if self.arrival {
             return flood(self.ground, doors, usable);
         }
