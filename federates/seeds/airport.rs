@@ -3,15 +3,17 @@
 use crate::runtime::cli::print_line;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use clap::{Args, Subcommand};
-use models::airport::Airport;
+use models::airport::{Airport, Edge, Hold, Node, Stand};
 use models::time::SimTime;
+use models::traffic::core::{Direction, Flight};
 use models::traffic::network::Network;
 use models::traffic::ways::{Graph, TurnTime};
 use models::truth::recorded::Report;
 use models::truth::{Limits, Trajectory, route};
-use scenarios::Entity;
 use scenarios::ScenarioError;
 use scenarios::airport::{LayoutReport, check_files, files_meant};
+use scenarios::schedule::Behaving;
+use scenarios::{Entity, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -60,10 +62,13 @@ enum Command {
         /// Layout: a file, or an airport that comes with SEEDS, like LSZH
         #[arg(value_name = "FILE")]
         file: PathBuf,
-        /// Node or stand to begin at: a name, or #INDEX of the file
+        /// Files that complete it, like its ground network
+        #[arg(long, value_name = "FILE")]
+        with: Vec<PathBuf>,
+        /// Where it begins: a name that `seeds airport nodes` lists, or #INDEX of the file
         #[arg(value_name = "FROM")]
         from: String,
-        /// Node or stand to end at: a name, or #INDEX of the file
+        /// Where it ends: likewise
         #[arg(value_name = "TO")]
         to: String,
         /// Type that drives: a designator of types.csv
@@ -108,8 +113,9 @@ pub fn run(args: &AirportArgs) -> ExitCode {
         Command::Check { files, with, json } => check_all(files, with, *json),
         Command::Buildings { file } => buildings(file),
         Command::Nodes { file, with, json } => nodes(file, with, *json),
-        Command::Route { file, from, to, designator, ways, json } => {
-            route_preview(file, [from, to], designator, (*ways).clamp(1, 20), *json)
+        Command::Route { file, with, from, to, designator, ways, json } => {
+            let form = Preview { designator, ways: (*ways).clamp(1, 20), json: *json };
+            route_preview((file, with), [from, to], &form)
         }
     }
 }
@@ -265,17 +271,63 @@ fn described(layout: &Airport) -> Value {
     })
 }
 
-fn route_preview(
-    file: &Path,
-    names: [&String; 2],
-    designator: &str,
+/// A layout as traffic drives on it: with the holding positions, ends and exits of runways that its file need not have.
+fn mended(layout: &Airport, network: &Network) -> Airport {
+    let hold = |hold: bool| if hold { Hold::Runway } else { Hold::None };
+    let nodes = network.nodes.iter().map(|n| Node {
+        name: n.name.clone(),
+        position_m: n.at_m,
+        hold: hold(n.hold_for.is_some()),
+    });
+    let edges = network.edges.iter().map(|e| Edge {
+        from: e.nodes[0],
+        to: e.nodes[1],
+        two_way: e.two_way,
+        runway: e.runway.is_some(),
+        name: e.name.clone(),
+        width_m: 0.0,
+    });
+    let stands = layout.stands.iter().zip(&network.stands);
+    let stands = stands.map(|(stand, mended)| Stand { node: mended.node, ..stand.clone() });
+    Airport {
+        nodes: nodes.collect(),
+        edges: edges.collect(),
+        stands: stands.collect(),
+        ..layout.clone()
+    }
+}
+
+/// The node at an end of a runway.
+fn runway_end(network: &Network, name: &str) -> Option<usize> {
+    network.runways.iter().find_map(|runway| {
+        let end = runway.names.iter().position(|n| n == name)?;
+        let at = if end == 0 { runway.spine.first() } else { runway.spine.last() };
+        at.map(|(_, node)| *node)
+    })
+}
+
+/// How a way is shown.
+struct Preview<'a> {
+    designator: &'a str,
     ways: usize,
     json: bool,
+}
+
+fn route_preview(
+    (file, with): (&Path, &[PathBuf]),
+    names: [&String; 2],
+    form: &Preview<'_>,
 ) -> ExitCode {
-    let (layout, _) = match read(file, &[]) {
+    let Preview { designator, ways, json } = *form;
+    let (mut layout, _) = match read(file, with) {
         Ok(found) => found,
         Err(e) => return fail(BAD_INPUT, e),
     };
+    // By the lines of the file; where it does not know a name, by those of the network that was made of it.
+    let network = Network::of(&layout);
+    if names.iter().any(|name| layout.node(name).is_none()) {
+        layout = mended(&layout, &network);
+    }
     let limits = match scenarios::types::shipped() {
         Ok(types) => types.get(designator).map(|t| Limits::of(t.class.aircraft, &t.kinematics)),
         Err(e) => return fail(BAD_INPUT, e),
@@ -285,11 +337,11 @@ fn route_preview(
     };
     let mut ends = [0; 2];
     for (end, name) in ends.iter_mut().zip(names) {
-        match layout.node(name) {
+        match layout.node(name).or_else(|| runway_end(&network, name)) {
             Some(node) => *end = node,
             None => {
                 let error = format!(
-                    "{}: {name}: no node or stand of its network ({} nodes, {} stands)",
+                    "{}: {name}: neither node nor stand, holding position, runway end or exit of its network ({} nodes, {} stands; `seeds airport nodes` lists them)",
                     file.display(),
                     layout.nodes.len(),
                     layout.stands.len()
@@ -388,7 +440,46 @@ pub fn traffic(args: &TrafficArgs) -> ExitCode {
             print_line(&report.to_string());
         }
     }
+    if let Some(behaving) = &scene.traffic.behaving {
+        flights(&scene, behaving, args.json);
+    }
     ExitCode::SUCCESS
+}
+
+/// What is planned of those who move by themselves, and what was moved or assumed of it.
+fn flights(scene: &Scene, behaving: &Behaving, json: bool) {
+    let network = &behaving.network;
+    let entities = scene.traffic.entities.iter().skip(behaving.first_entity);
+    for (flight, entity) in behaving.flights.iter().zip(entities) {
+        let Flight { callsign, time_s, .. } = flight;
+        let (designator, arrives) =
+            (&entity.class.designator, flight.direction == Direction::Arrival);
+        let runway = &network.runways[flight.runway.0].names[flight.runway.1];
+        let stand = &network.stands[flight.stand].name;
+        let turn_round = flight.turnaround_of.map(|a| &behaving.flights[a].callsign);
+        if json {
+            let direction = if arrives { "arrival" } else { "departure" };
+            let object = json!({
+                "callsign": callsign, "type": designator, "direction": direction, "runway": runway,
+                "stand": stand, "time_s": time_s, "turn_round_of": turn_round,
+            });
+            print_line(&object.to_string());
+            continue;
+        }
+        let of = turn_round.map(|a| format!(", as {a} came")).unwrap_or_default();
+        print_line(&if arrives {
+            format!(
+                "{callsign} ({designator}, arrival): lands on {runway} at {time_s:.0} s, to stand {stand}"
+            )
+        } else {
+            format!(
+                "{callsign} ({designator}, departure): off stand {stand} at {time_s:.0} s{of}, takes off from {runway}"
+            )
+        });
+    }
+    if !json {
+        behaving.remarks.iter().for_each(|line| print_line(line));
+    }
 }
 
 /// Extremes of a movement, looked at every 50 ms.

@@ -110,7 +110,8 @@ CREATE TABLE clearances (
 -- One row a flight that behaves: actual off-block, take-off, landing and in-block times.
 CREATE TABLE movements (
   callsign TEXT, kind TEXT, aobt_ns INTEGER, atot_ns INTEGER, aldt_ns INTEGER, aibt_ns INTEGER,
-  runway TEXT, stand TEXT, stops INTEGER, taxi_s REAL,
+  runway TEXT, stand TEXT, stops INTEGER,
+  taxi_s REAL,        -- off-block to line-up, or runway vacated to in-block; NULL before it has taxied
   additional_s REAL,  -- taxi time less that of the same way driven alone
   fuel_kg REAL        -- of all engines at idle, on the ground
 );

@@ -367,11 +367,8 @@ impl Log {
                 };
                 let runway = &behaving.network.runways[f.runway.0].names[f.runway.1];
                 let stand = &behaving.network.stands[core.stand(index)].name;
-                let extra_s = m.taxi_s - m.unhindered_s;
-                if m.taxi_s > 0.0 {
-                    taxi.push(m.taxi_s);
-                    additional.push(extra_s);
-                }
+                taxi.extend(m.taxi_s);
+                additional.extend(m.additional_s());
                 fuel += m.fuel_kg;
                 insert.execute(params![
                     f.callsign,
@@ -384,7 +381,7 @@ impl Log {
                     stand,
                     m.stops,
                     m.taxi_s,
-                    extra_s,
+                    m.additional_s(),
                     m.fuel_kg
                 ])?;
             }

@@ -7,7 +7,7 @@
     reason = "a command-line example that measures its own time"
 )]
 
-use models::traffic::core::Direction;
+use models::traffic::core::{Direction, Measures};
 use scenarios::hours::{self, Hour};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -100,8 +100,8 @@ fn hour(
     let count = core.flights().len();
     let extra = |direction: Direction| {
         let of = |f: &usize| core.flights()[*f].direction == direction;
-        let measured = (0..count).filter(of).map(|f| core.measures(f)).filter(|m| m.taxi_s > 0.0);
-        let mut all: Vec<f64> = measured.map(|m| m.taxi_s - m.unhindered_s).collect();
+        let measured = (0..count).filter(of).map(|f| core.measures(f));
+        let mut all: Vec<f64> = measured.filter_map(Measures::additional_s).collect();
         all.sort_by(f64::total_cmp);
         let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
         (mean, all.get((all.len() * 95 / 100).min(all.len().saturating_sub(1))).copied())

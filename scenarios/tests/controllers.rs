@@ -50,8 +50,8 @@ fn flown(scene: &scenarios::Scene) -> (Core, Vec<String>) {
 }
 
 fn additional_s(core: &Core) -> f64 {
-    let of = |f: usize| core.measures(f).taxi_s - core.measures(f).unhindered_s;
-    (0..core.flights().len()).map(of).sum::<f64>() / core.flights().len() as f64
+    let of = |f: usize| core.measures(f).additional_s();
+    (0..core.flights().len()).filter_map(of).sum::<f64>() / core.flights().len() as f64
 }
 
 #[test]

@@ -227,9 +227,8 @@ fn controlled(
     let around: u32 = (0..count).map(|f| core.measures(f).go_arounds).sum();
     let extra = |direction: Direction| {
         let of = (0..count).filter(|f| core.flights()[*f].direction == direction);
-        let all: Vec<_> = of.map(|f| core.measures(f)).filter(|m| m.taxi_s > 0.0).collect();
-        let sum: f64 = all.iter().map(|m| m.taxi_s - m.unhindered_s).sum();
-        sum / all.len().max(1) as f64
+        let all: Vec<f64> = of.filter_map(|f| core.measures(f).additional_s()).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
     };
     let (words, kept_s) = seen.tower.controllers().cost();
     let broken: Vec<String> = held

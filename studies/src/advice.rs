@@ -89,8 +89,7 @@ pub fn fly(scene: &Scene, seed: u64, advice: Option<Habits>) -> Result<Flown, St
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let flights = || core.flights().iter().enumerate().map(|(at, f)| (f, core.measures(at)));
     let of = |direction: Direction| flights().filter(move |(f, _)| f.direction == direction);
-    let taxi =
-        |direction| of(direction).map(|(_, m)| m.taxi_s).filter(|s| *s > 0.0).collect::<Vec<f64>>();
+    let taxi = |direction| of(direction).filter_map(|(_, m)| m.taxi_s).collect::<Vec<f64>>();
     let to_air = of(Direction::Departure).filter_map(|(f, m)| Some(m.atot_s? - f.time_s));
     let last_s = flights().filter_map(|(_, m)| m.atot_s).fold(0.0, f64::max);
     let mut on_air = std::collections::BTreeMap::new();

@@ -12,6 +12,7 @@ mod eye;
 mod gateway;
 mod handover;
 mod hostile;
+mod layouts;
 mod moves;
 mod packaged;
 mod page;

@@ -201,7 +201,7 @@ impl Core {
             let ready = 5.0 + 5.0 * uniform(&mut rng);
             let mover = &mut self.movers[m];
             mover.phase = Phase::LinedUp(now + ready);
-            mover.measures.taxi_s = now - mover.measures.aobt_s.unwrap_or(now);
+            mover.measures.taxi_s = Some(now - mover.measures.aobt_s.unwrap_or(now));
             self.end_clearance(m, "TAX");
             return;
         }
@@ -215,7 +215,7 @@ impl Core {
         mover.phase = Phase::Docked;
         mover.timing = Timing::default();
         mover.measures.aibt_s = Some(now);
-        mover.measures.taxi_s = now - mover.taxi_from_s;
+        mover.measures.taxi_s = Some(now - mover.taxi_from_s);
         self.end_clearance(m, "TAX");
     }
 }

@@ -127,14 +127,22 @@ pub struct Measures {
     pub stops: u32,
     /// Time of these stops, s.
     pub stopped_s: f64,
-    /// Off-block to line-up, or runway vacated to in-block, s.
-    pub taxi_s: f64,
+    /// Off-block to line-up, or runway vacated to in-block, s; `None` before it has.
+    pub taxi_s: Option<f64>,
     /// The same way driven alone, s.
     pub unhindered_s: f64,
     /// Fuel on the ground, kg.
     pub fuel_kg: f64,
     /// Go-arounds.
     pub go_arounds: u32,
+}
+
+impl Measures {
+    /// Time of taxiing less that of the same way driven alone, s; `None` before it has taxied.
+    #[must_use]
+    pub fn additional_s(&self) -> Option<f64> {
+        Some(self.taxi_s? - self.unhindered_s)
+    }
 }
 
 /// What an input or a finding says, for the log.

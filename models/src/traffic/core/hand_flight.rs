@@ -174,7 +174,7 @@ impl Core {
             let mover = &mut self.movers[m];
             (mover.parked_pieces, mover.phase) = (parked, Phase::Docked);
             mover.measures.aibt_s = Some(now);
-            mover.measures.taxi_s = now - mover.taxi_from_s;
+            mover.measures.taxi_s = Some(now - mover.taxi_from_s);
             self.end_clearance(m, "TAX");
         } else {
             (mover.phase, mover.tow_to) = (Phase::Absent, Some(stand));

@@ -1,0 +1,69 @@
+//! What the executable says of layouts and of the traffic of a scene.
+
+use crate::common::{self, finish, stderr};
+use serde_json::Value;
+
+fn said(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = common::seeds();
+    command.args(arguments);
+    let output = finish(command);
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), stderr(&output))
+}
+
+#[test]
+fn a_way_begins_and_ends_at_every_name_that_is_listed() {
+    let files = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
+    let malpensa = [format!("{files}/LIMC.apt.dat"), format!("{files}/LIMC.groundnet.xml")];
+    for (file, with) in [("EHAM", None), ("XSYN", None), (&*malpensa[0], Some(&*malpensa[1]))] {
+        let with: Vec<&str> = with.iter().flat_map(|file| ["--with", file]).collect();
+        let (code, text, error) =
+            said(&[&["airport", "nodes", file, "--json"], &with[..]].concat());
+        assert_eq!(code, Some(0), "{file}: {error}");
+        let listed: Value = serde_json::from_str(&text).expect("JSON");
+        let rows = listed["nodes"].as_array().expect("rows");
+        let of = |kind: &str| -> Vec<&str> {
+            let all = rows.iter().filter(|r| r["kind"] == kind && r["way"] != false);
+            all.filter_map(|r| r["name"].as_str()).collect()
+        };
+        let stand = of("stand")[0];
+        for kind in ["stand", "node", "holding position", "runway end", "exit"] {
+            let names = of(kind);
+            assert!(!names.is_empty(), "{file}: no {kind}");
+            let mut ways = 0;
+            for name in [names[names.len() / 3], names[names.len() / 2], names[names.len() - 1]] {
+                let route = ["airport", "route", file, name, stand, "--json"];
+                let (code, text, error) = said(&[&route[..], &with[..]].concat());
+                assert!(code != Some(2), "{file}: {kind} {name}: {error}");
+                if code == Some(0) {
+                    let way: Value = serde_json::from_str(&text).expect("JSON");
+                    assert_eq!((&way["from"], &way["to"]), (&name.into(), &stand.into()));
+                    ways += usize::from(way["length_m"].as_f64().is_some_and(|m| m > 0.0));
+                }
+            }
+            assert!(ways > 0, "{file}: from no {kind} to {stand}");
+        }
+    }
+    let (code, _, error) = said(&["airport", "route", "XSYN", "27L", "nowhere"]);
+    assert_eq!(code, Some(2), "{error}");
+    assert!(error.contains("nowhere: neither node nor stand"), "{error}");
+}
+
+#[test]
+fn the_flights_of_generated_traffic_are_listed() {
+    let (code, text, error) = said(&["traffic", "xsyn", "--json"]);
+    assert_eq!(code, Some(0), "{error}");
+    let rows: Vec<Value> =
+        text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    for direction in ["arrival", "departure"] {
+        let some = rows.iter().filter(|r| r["direction"] == direction);
+        assert!(some.clone().count() > 1, "{text}");
+        for row in some {
+            assert!(row["time_s"].as_f64().is_some() && row["runway"].is_string(), "{row}");
+            assert!(row["stand"].is_string() && row["type"].is_string(), "{row}");
+        }
+    }
+    let (_, lines, _) = said(&["traffic", "xsyn"]);
+    let listed =
+        |r: &&Value| lines.contains(&format!("{} (", r["callsign"].as_str().expect("one")));
+    assert_eq!(rows.iter().filter(listed).count(), rows.len(), "{lines}");
+}
