@@ -184,3 +184,28 @@ fn a_landing_leaves_at_the_side_of_its_stand() {
         assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
     }
 }
+
+/// One way in the middle of the runway, and at both ends a loop to turn on, as the file has it: at Pichoy and three more of 54 airports
+/// the loops were taken for entries, nobody backtracked, and nothing flew.
+#[test]
+fn who_has_loops_at_the_ends_of_the_runway_backtracks_to_them() {
+    let mut a = Drawn { turned_rad: 1.1, ..Drawn::default() };
+    a.runway(-1250.0, 0.0, 1250.0, 0.0, ["09", "27"]);
+    let (foot, top) = (a.node(-140.0, 0.0), a.node(-140.0, 180.0));
+    a.edge(foot, top, false, "N");
+    a.apron(top, (-140.0, 180.0), 1.0, 6);
+    for (side, beside) in [(-1.0, 40.0), (1.0, -45.0)] {
+        let corners = [(1150.0, 0.0), (1165.0, 0.8), (1215.0, 1.0), (1240.0, 0.7), (1250.0, 0.0)];
+        let nodes = corners.map(|(x, y)| a.node(side * x, y * beside));
+        nodes.windows(2).for_each(|pair| a.edge(pair[0], pair[1], false, "N"));
+    }
+    for seed in 1..=2 {
+        let held = held("loops", &a, seed, "arrivals_per_h = 5\ndepartures_per_h = 5");
+        let core = &held.core;
+        let (flights, served) = (core.flights().len(), core.measures_of_served());
+        assert!(flights >= 6, "seed {seed}: {flights}");
+        assert_eq!(served, flights, "seed {seed}");
+        assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
+        assert!(core.flights().iter().all(|f| f.size.span_m > 25.0), "seed {seed}: airliners");
+    }
+}

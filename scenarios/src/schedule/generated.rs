@@ -87,12 +87,16 @@ pub(super) fn generated(
             lacks_m(ground, row, landing, if departures > 0.0 { &leaving } else { none })
         })
     };
-    // Nobody asked for airliners: where none fits, smaller ones come.
+    // Nobody asked for airliners: where none fits, smaller ones come; the smallest are those that are told of where nothing does.
     let fits =
         |mix: &[(String, f64)]| mix.iter().any(|m| types.get(&m.0).is_some() && lacks(&m.0) <= 0.0);
     if drawn_mix && !fits(&mix) {
-        let smaller = SMALLER_MIXES.iter().map(|m| owned(m)).find(|m| fits(m));
-        mix = smaller.unwrap_or(mix);
+        for smaller in SMALLER_MIXES {
+            mix = owned(smaller);
+            if fits(&mix) {
+                break;
+            }
+        }
     }
     let too_long = mix.iter().filter(|m| lacks(&m.0) > 0.0).map(|m| m.0.clone());
     let too_long = too_long.collect::<Vec<_>>().join(", ");
@@ -102,7 +106,7 @@ pub(super) fn generated(
             landing.iter().chain(&leaving).map(String::as_str).collect();
         let ends = ends.into_iter().collect::<Vec<_>>().join(", ");
         let found = format!(
-            "{too_long}, of which each lacks {least:.0} m or more to an exit, or from an entry, that stands have a way to"
+            "{too_long}, each {least:.0} m or more short of exits and entries with a way to a stand"
         );
         let needed = format!("a mix with a type that runway {ends} is long enough for");
         return Err(section.refuse("mix", Problem::WrongKind { found, needed }));

@@ -1,11 +1,12 @@
 //! R4b: where nobody comes onto a runway near one of its ends, one backtracks to it and turns on a pad.
 //!
-//! Files have no turn pads as ways, so each is assumed: a loop at the end of the runway, and beside the centreline an edge
+//! Files have no turn pads as ways, or loops that lead to the runway alone and say nothing of how one comes to them, so each is assumed: a loop at the end of the runway, and beside the centreline an edge
 //! of its own from each of the nearest entries to it. A departure drives entry → edge → loop → centreline, a landing
 //! centreline → loop → edge → exit. All of it belongs to the strip of the runway: who backtracks has the runway.
 
 use super::{NetEdge, Network};
 use crate::frames::Vector2;
+use std::collections::BTreeSet;
 
 /// A pad is made where the nearest entry is farther from an end than this share of the runway.
 const FAR_SHARE: f64 = 0.12;
@@ -13,6 +14,8 @@ const FAR_SHARE: f64 = 0.12;
 const GAIN_M: f64 = 120.0;
 /// Entries that are joined to a loop.
 const ENTRIES: usize = 3;
+/// What goes no farther from a runway than one holds before it, and this, is a loop to turn on, m (assumed).
+const LOOP_M: f64 = 5.0;
 /// From the end of the runway to the far side of the loop, m.
 const SHORT_OF_END_M: f64 = 12.0;
 /// From the begin of the straight to it to where it leaves the centreline, beyond a veer of 30 degrees, m.
@@ -37,17 +40,32 @@ impl Network {
         }
     }
 
+    /// Whether a runway is left at a node of its centreline to somewhere else: not on to a loop beside it, as files draw a place to turn.
+    fn leads_away(&self, r: usize, node: usize) -> bool {
+        let runway = &self.runways[r];
+        let off = |e: &&NetEdge| e.runway.is_none() && !e.backtrack;
+        let (mut open, mut seen) = (vec![node], BTreeSet::from([node]));
+        while let Some(at) = open.pop() {
+            let away = self.nodes[at].stand.is_some()
+                || runway.distance_m(self.nodes[at].at_m) > runway.hold_distance_m + LOOP_M;
+            if away {
+                return true;
+            }
+            for edge in self.edges.iter().filter(off).filter(|e| e.nodes.contains(&at)) {
+                let next = edge.nodes[usize::from(edge.nodes[0] == at)];
+                if self.nodes[next].runway != Some(r) && seen.insert(next) {
+                    open.push(next);
+                }
+            }
+        }
+        false
+    }
+
     fn turn_pad(&mut self, r: usize, end: usize) {
         let runway = self.runways[r].clone();
         let from_end = |place: f64| if end == 0 { place } else { runway.length_m - place };
-        let is_door = |node: usize| {
-            let leads_off = |e: &NetEdge| {
-                e.strip == Some(r) && e.runway.is_none() && !e.backtrack && e.nodes.contains(&node)
-            };
-            self.edges.iter().any(leads_off)
-        };
         let doors = runway.spine.iter().map(|(place, node)| (from_end(*place), *node));
-        let mut doors: Vec<(f64, usize)> = doors.filter(|d| is_door(d.1)).collect();
+        let mut doors: Vec<(f64, usize)> = doors.filter(|d| self.leads_away(r, d.1)).collect();
         doors.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let (radius_m, code) = loop_of(runway.width_m);
         // Along the runway from its end: far side of the loop, where the half circle begins, where the ways to and from it begin.
