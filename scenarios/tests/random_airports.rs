@@ -336,8 +336,8 @@ fn a_file_that_cannot_be_used_says_why() {
     };
     for (rows, says) in [
         (&["1300", "1301"][..], "stands with a way"),
-        (&["1202"][..], "without a way to the network"),
-        (&["1201", "1202"][..], "without a way to the network"),
+        (&["1202"][..], "no stand with a way"),
+        (&["1201", "1202"][..], "no stand with a way"),
         (&["100 "][..], "runway"),
     ] {
         let said = run("unusable", &without(rows), 10.0, looks(1, 0.0), "planned");

@@ -72,12 +72,14 @@ pub(super) fn generated(
     let usable: Vec<usize> = (0..network.stands.len())
         .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
         .collect();
-    if (arrivals > 0.0 && landing.is_empty())
-        || (departures > 0.0 && leaving.is_empty())
-        || usable.is_empty()
-    {
+    let no_end = arrivals > 0.0 && landing.is_empty() || departures > 0.0 && leaving.is_empty();
+    if no_end || usable.is_empty() {
+        let runway = no_end.then_some("no runway with entries and exits");
+        let stand = usable.is_empty().then_some("no stand with a way");
+        let missing = runway.into_iter().chain(stand);
+        let found = missing.chain(network.findings.iter().map(String::as_str));
+        let found = found.collect::<Vec<_>>().join("; ");
         let needed = "a runway with entries and exits, and stands with a way".into();
-        let found = format!("an airport where {}", network.findings.join("; "));
         return Err(section.refuse("kind", Problem::WrongKind { found, needed }));
     }
     let lacks = |designator: &str| {
