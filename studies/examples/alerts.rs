@@ -1,12 +1,13 @@
 //! Runs the traffic of scenes and prints every control alert, on its exact truth and, with `--tracks`, on the tracks of
 //! the scene's sensors and tracker, with the score of the second against the first. Several seeds: `--seeds A..B`.
 //!
-//! `cargo run --release -p studies --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--seeds A..B] [--seconds S] SCENE…`
+//! `cargo run --release -p studies --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--sensors NAMES] [--seeds A..B] [--seconds S] SCENE…`
 //!
 //! A scene that has an `.expect.json` beside it is held against it.
 //!
 //! With `--failing people` (`all`, `nobody`, or one kind of failure) airports stand in place of scenes (a name of the study `control`, or a layout file): an
-//! hour of the study's traffic there, in which that goes wrong, by radar and multilateration; `--rate N` movements an hour each way.
+//! hour of the study's traffic there, in which that goes wrong, by radar and multilateration; `--rate N` movements an hour each way, and with
+//! `--controllers` models clear it on its tracks. `--sensors "ASDE tower,MLAT"`: watched by these of its sensors alone.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::control::alert::{Alert, Change};
@@ -20,8 +21,10 @@ use models::sensors::{PlotSink, ScanInterval};
 use models::time::SimTime;
 use models::traffic::core::{Core, Shown};
 use models::traffic::exact::Watch;
+use scenarios::control::Sees;
 use scenarios::{ScenarioError, Scene};
 use std::collections::BTreeMap;
+use studies::clearing::Controllers;
 use studies::control::{self, BY_PEOPLE, Failing, NOTHING, OF_ALL_KINDS};
 use studies::expected::{Expected, cause};
 use studies::watched::{Book, Frames, layout, movements, net_on_tracks, target};
@@ -37,6 +40,11 @@ struct Options {
     seconds: f64,
     failing: Option<Failing>,
     rate: Option<u32>,
+    /// Names of sensors; all where nothing is named.
+    sensors: Vec<String>,
+    controllers: bool,
+    /// Tracks without a name are taken for who is really there.
+    by_place: bool,
 }
 
 /// A scene, or the study's traffic at an airport.
@@ -47,6 +55,10 @@ fn scene_of(path: &str, seed: Option<u64>, options: &Options) -> Result<Scene, S
     let rate = options.rate.or(known.map(|a| a.2)).unwrap_or(12);
     let seconds = options.seconds.min(3600.0);
     let text = control::text(&files, rate, seed.unwrap_or(1), seconds, failing)?;
+    if options.controllers {
+        let sees = "[control]\nsees = \"tracks\"\ncontrollers = \"model\"\n";
+        return control::read(&text.replacen("[control]\n", sees, 1));
+    }
     control::read(&text)
 }
 
@@ -59,6 +71,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seconds: f64::INFINITY,
         failing: None,
         rate: None,
+        sensors: Vec::new(),
+        controllers: false,
+        by_place: false,
     };
     let (mut seeds, mut paths) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
@@ -77,6 +92,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     _ => return Err("--failing: people, all, nobody or a kind of failure".into()),
                 });
             }
+            "--by-place" => options.by_place = true,
+            "--controllers" => options.controllers = true,
+            "--sensors" => {
+                let names = args.next().unwrap_or_default();
+                options.sensors = names.split(',').map(str::to_owned).collect();
+            }
             "--rate" => options.rate = Some(args.next().unwrap_or_default().parse()?),
             "--seconds" => options.seconds = args.next().unwrap_or_default().parse()?,
             "--seeds" => {
@@ -86,6 +107,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             _ => paths.push(arg),
         }
+    }
+    if options.failing.is_some() && options.sensors.is_empty() {
+        options.sensors = SENSORS.map(str::to_owned).to_vec();
     }
     let mut sum: BTreeMap<String, scoring::KindScore> = BTreeMap::new();
     let mut served = 0;
@@ -187,6 +211,33 @@ fn about(core: &Core, alert: &Alert, ages: &BTreeMap<u16, u32>, targets: &[Targe
     text
 }
 
+/// Subjects without a name are those who are really where their tracks are.
+fn by_place(core: &Core, alert: &Alert, targets: &[Target], told: &mut Told) {
+    use models::control::alert::Subject;
+    let (a, b) = alert.condition.subjects;
+    for (subject, name) in [Some(a), b].into_iter().flatten().zip([alert.names.0, alert.names.1]) {
+        let Subject::Track(number) = subject else { continue };
+        let at_m = targets.iter().find(|t| t.number == number).map(|t| t.position_m);
+        let (Some(at_m), None) = (at_m, name) else { continue };
+        let off_m =
+            |m: &usize| core.state(*m).map_or(f64::INFINITY, |s| (s.position_m.xy() - at_m).norm());
+        let all = 0..core.flights().len() + CARS;
+        let nearest = all.min_by(|a, b| off_m(a).total_cmp(&off_m(b)));
+        let Some(m) = nearest.filter(|m| off_m(m) <= THERE_M) else { continue };
+        let of_car = || core.vehicle_name(m).map(str::to_owned);
+        let named = core.flights().get(m).map(|f| f.callsign.clone()).or_else(of_car);
+        let told = told.subjects.iter_mut().find(|s| **s == number.to_string());
+        if let (Some(told), Some(named)) = (told, named) {
+            *told = named;
+        }
+    }
+    told.subjects.sort();
+}
+
+/// A track is that of somebody who is so near to it, m; vehicles of failures that are looked at.
+const THERE_M: f64 = 40.0;
+const CARS: usize = 4;
+
 /// What came of a scene: movements, failures that showed, alerts on tracks.
 struct Ran {
     moved: u32,
@@ -210,16 +261,20 @@ fn run(
     let mut seen = net_on_tracks(scene, scene.control.confirm_scans);
     let mut sensors = if options.tracks { studies::zurich::sensors(scene)? } else { Vec::new() };
     let mut config = scene.tracking_config();
-    if options.failing.is_some() {
-        let set = |id| scene.sensors.iter().any(|s| s.id == id && SENSORS.contains(&&*s.name));
+    if !options.sensors.is_empty() {
+        let set =
+            |id| scene.sensors.iter().any(|s| s.id == id && options.sensors.contains(&s.name));
         sensors.retain(|sensor| set(sensor.id()));
         config.sensors.retain(|model| set(model.id));
     }
     let mut tracker = Tracker::new(config);
+    let controlled = scene.control.controllers && scene.control.sees == Sees::Tracks;
+    let mut controllers = controlled.then(|| Controllers::new(scene, seed));
     let weather = Weather::default();
     let (mut exact, mut tracked) = (Book::default(), Book::default());
     let mut ages: BTreeMap<u16, u32> = BTreeMap::new();
     let mut lines: BTreeMap<u32, String> = BTreeMap::new();
+    let mut who: BTreeMap<u32, Vec<String>> = BTreeMap::new();
     let mut past: BTreeMap<u16, Vec<String>> = BTreeMap::new();
     let mut frames = Frames::of(scene, behaving.first_entity);
     let per_scan = u64::from(scene.run.frames_per_scan);
@@ -311,8 +366,15 @@ fn run(
             });
         }
         let told = seen.scan_targets(&core, now, &targets).to_vec();
+        if let Some(controllers) = &mut controllers {
+            controllers.scan(&mut core, frame as i64, &seen);
+        }
+        // Under his name, or where he is.
+        let watched = core.flights().iter().position(|f| f.callsign == options.watch);
+        let watched_m = watched.and_then(|f| core.state(f)).map(|s| s.position_m.xy());
         for s in seen.net().surveillance().situations() {
-            if s.target.callsign.is_some_and(|c| c.as_str() == options.watch) {
+            let there = watched_m.is_some_and(|m| (s.target.position_m - m).norm() < 25.0);
+            if there || s.target.callsign.is_some_and(|c| c.as_str() == options.watch) {
                 println!(
                     "{:8.1} track {} at {:.0} {:.0}, {:.1} m/s, mean {:.1}, of 3 s {:.1}, strips {:b}, fast {:?}, {:?}, last plot {:.1}, doubt {:?}",
                     now.s(),
@@ -332,6 +394,15 @@ fn run(
         }
         for (change, alert) in &told {
             tracked.enter(now, *change, alert);
+            if options.by_place {
+                if let Some(told) = tracked.0.get_mut(&alert.id) {
+                    if *change == Change::Raised {
+                        by_place(&core, alert, &targets, told);
+                        who.insert(alert.id, told.subjects.clone());
+                    }
+                    told.subjects.clone_from(&who[&alert.id]);
+                }
+            }
             let about = about(&core, alert, &ages, &targets);
             if *change == Change::Raised {
                 let mut about = about.clone();
