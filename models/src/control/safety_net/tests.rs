@@ -6,6 +6,7 @@ use crate::frames::Vector2;
 
 mod jumps;
 mod places;
+mod sets_off;
 mod stands;
 
 /// A runway from the origin to the north, 3 km.

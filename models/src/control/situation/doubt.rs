@@ -1,6 +1,6 @@
 //! Which tracks raise no alert by themselves: what a tracker makes beside its targets, and what moved as nothing can.
 
-use super::memory::{Memory, Named};
+use super::memory::{Jump, Memory, Named};
 use super::{Situation, Surveillance, Target};
 use crate::control::clearance::Board;
 use crate::control::parameters::{Doubt, Parameters};
@@ -147,6 +147,7 @@ impl Memory {
         let moved_m = target.position_m - last_m;
         let off_m = (moved_m - mean_mps * since_s).norm();
         if off_m <= doubt.step_m && off_m <= doubt.leap_steps * doubt.step_m {
+            self.has_gone_on(now, target.position_m);
             return;
         }
         let room_m = doubt.step_m + doubt.step_s * mean_mps.norm();
@@ -159,10 +160,40 @@ impl Memory {
             if self.jumped.is_some_and(|at| (JUMP_SEEN_S..=AGAIN_S).contains(&now.since_s(at))) {
                 self.restless = Some(now);
             }
+            let off = moved_m - mean_mps * since_s;
+            // What comes back was noise, and for as long as it is in the mean velocity nothing is known of the next one.
+            let calm = self.jumped.is_none_or(|at| now.since_s(at) > JUMP_SEEN_S);
+            self.goes_on = match self.goes_on {
+                Some(jump) => Some(jump).filter(|jump| jump.along.dot(&off) > 0.0),
+                None => calm.then(|| Jump {
+                    from: last,
+                    from_m: last_m,
+                    mean_mps,
+                    at: now,
+                    along: off / off_m,
+                    off_m,
+                }),
+            };
             (self.jumped, self.troubled) = (Some(now), now);
             self.jumps = (self.jumps.0 + moved_m, self.jumps.1 + since_s);
         }
         self.leaps = off_m > doubt.leap_steps * room_m;
+        self.has_gone_on(now, target.position_m);
+    }
+
+    /// Who goes on from a jump as he jumped, farther and farther from where he would be without it, has set off, or gains or loses speed: a
+    /// track that has settled comes after by a jump. Noise comes back.
+    fn has_gone_on(&mut self, now: SimTime, position_m: Vector2<f64>) {
+        let Some(jump) = self.goes_on else { return };
+        let since_s = now.since_s(jump.from);
+        if since_s > GIVES_UP_S {
+            self.goes_on = None;
+        } else if now.since_s(jump.at) >= GOES_ON_S {
+            let off_m = jump.off(position_m, since_s).dot(&jump.along);
+            if off_m >= jump.off_m + GOES_ON_MPS * now.since_s(jump.at) {
+                self.went_on = Some(now);
+            }
+        }
     }
 
     /// Whether, and why, the track raises nothing by itself.
@@ -199,7 +230,8 @@ impl Memory {
             return self.of_a_name(lately, target);
         }
         let young = age_s < doubt.unnamed_s;
-        let jumps = self.jumped >= Some(lately.restless);
+        let went_on = self.went_on >= self.jumped && target.velocity_mps.norm() < TAXIES_MPS;
+        let jumps = self.jumped >= Some(lately.restless) && !went_on;
         // The echo of one who is far out on his final, nearer by the radar's unambiguous range, is as fast as he is there.
         let lands = (1e-9..=doubt.lands_mps).contains(mean_mps);
         let echo = !self.was_slow && !lands;
@@ -261,6 +293,13 @@ pub(super) fn nose_on(
 /// A jump is seen in scans so long after each other, s, and another one within this is one time and again (assumed).
 const JUMP_SEEN_S: f64 = 4.5;
 const AGAIN_S: f64 = 30.0;
+
+/// Who has jumped goes on for so long, s, and by so much faster than before, m/s, to have moved (assumed); later it is not looked at.
+const GOES_ON_S: f64 = 2.0;
+const GOES_ON_MPS: f64 = 1.5;
+const GIVES_UP_S: f64 = 6.0;
+/// Slower than this is who taxies, m/s (assumed): of a roll, jumps are doubted as before.
+const TAXIES_MPS: f64 = 15.0;
 
 /// What was never slower than this is no taxiing, m/s (assumed).
 const ECHO_MPS: f64 = 40.0;

@@ -1,7 +1,7 @@
 //! One look at a track: what it is to the airport in this scan, and what is remembered of it.
 
 use super::doubt::{Lately, nose_on};
-use super::memory::{Back, Memory};
+use super::memory::{Back, Memory, UNKNOWN_HALF_M};
 use super::{Final, MOST_RUNWAYS, Situation, Target, TargetClass};
 use crate::control::clearance::{Board, Clearance, ClearanceKind, Strip};
 use crate::control::layout::Layout;
@@ -12,6 +12,12 @@ use crate::time::SimTime;
 const STEADY_FINAL_S: f64 = 3.0;
 /// Who gains speed moves less than twice as fast as his places of three seconds show, but for this, m/s (assumed).
 const JUMP_MPS: f64 = 1.0;
+/// Who holds before a line stops so far short of it, m: the most of 5 m ± 2 m (assumed).
+const SHORT_M: f64 = 7.0;
+/// Who is longer than twice this holds before no line, m (assumed).
+const MOST_HALF_M: f64 = 30.0;
+/// Who has stood for so long stands, s (assumed).
+const STANDS_S: f64 = 10.0;
 
 /// What all tracks of a scan are looked at with.
 pub(super) struct Look<'a> {
@@ -69,8 +75,11 @@ impl<'a> Look<'a> {
             memory.heading = Some(velocity / speed_mps);
         }
         let strip = memory.strip.map(|i| &self.board.strips()[i as usize]);
-        let near = self.near(target);
-        let half_m = 0.5 * target.length_m;
+        let half_m = match &parameters.doubt {
+            Some(_) if target.length_m == 0.0 => memory.held_half_m,
+            _ => 0.5 * target.length_m,
+        };
+        let near = self.near(target, 2.0 * half_m);
         let slow = parameters.doubt.as_ref().is_some_and(|doubt| speed_mps < doubt.slow_mps);
         let way_m = strip.filter(|_| slow && near != 0).map(|strip| &strip.way_m[..]);
         let by_way = way_m.and_then(|way_m| nose_on(way_m, position_m, half_m));
@@ -121,7 +130,10 @@ impl<'a> Look<'a> {
             })
         };
         memory.was_slow = memory.was_slow || speed_mps < parameters.fast_mps && shown();
-        situation.strips = self.strips(situation, memory.strips);
+        situation.strips = self.strips(situation, half_m, memory.strips);
+        if target.callsign.is_none() && target.length_m == 0.0 && parameters.doubt.is_some() {
+            self.holds(situation, memory);
+        }
         let lands = target.altitude_m.is_none() && target.arriving && !memory.was_slow;
         if speed_mps >= parameters.fast_mps {
             self.of_runways(situation, memory, strip, lands);
@@ -163,12 +175,31 @@ impl<'a> Look<'a> {
 
     /// Runways to whose strip a track is so near that a part of it may be there, one bit each.
     #[inline]
-    fn near(&self, target: &Target) -> u32 {
+    fn near(&self, target: &Target, length_m: f64) -> u32 {
         let runways = self.layout.runways.iter().take(MOST_RUNWAYS).enumerate();
         runways.fold(0, |near, (r, runway)| {
             let across_m = runway.place_m(target.position_m).1.abs();
-            near | u32::from(across_m < runway.hold_m + target.length_m) << r
+            near | u32::from(across_m < runway.hold_m + length_m) << r
         })
+    }
+
+    /// Who stands short of a line, without a name and so of unknown length, holds there with his nose [`SHORT_M`] before it.
+    fn holds(&self, situation: &Situation, memory: &mut Memory) {
+        let parameters = self.parameters;
+        let stands = situation.recent_mps < parameters.push_mps
+            && self.now.since_s(situation.still_since) >= STANDS_S;
+        if !stands {
+            return;
+        }
+        let before_m =
+            self.layout.runways.iter().take(MOST_RUNWAYS).enumerate().map(|(r, runway)| {
+                let (s, d) = runway.place_m(situation.target.position_m);
+                let before_m = d.abs() - runway.hold_at_m(s, d);
+                if self.within(r, s, 0.0) && before_m > 0.0 { before_m } else { f64::INFINITY }
+            });
+        let half_m = before_m.fold(f64::INFINITY, f64::min) - SHORT_M;
+        let fits = (UNKNOWN_HALF_M..=MOST_HALF_M).contains(&half_m);
+        memory.held_half_m = if fits { half_m } else { UNKNOWN_HALF_M };
     }
 
     /// Whether a place along a runway is between the ends of its strip, which are no farther out than a holding position on the
@@ -183,7 +214,7 @@ impl<'a> Look<'a> {
     /// In whose strips it is; `before`: those of the last scan. Who flies across a runway is over its strip, not in it. One that noise alone
     /// may put over a line, as it stands or creeps, comes in by more than that.
     #[inline]
-    fn strips(&self, situation: &Situation, before: u32) -> u32 {
+    fn strips(&self, situation: &Situation, half_m: f64, before: u32) -> u32 {
         let (p, target) = (self.parameters, &situation.target);
         let (nose_m, recent_mps) = (situation.nose_m, situation.recent_mps);
         if situation.near == 0 {
@@ -200,7 +231,7 @@ impl<'a> Look<'a> {
             left &= left - 1;
             let runway = &self.layout.runways[r];
             let (s, d) = runway.place_m(target.position_m);
-            if d.abs() >= runway.hold_m + 0.5 * target.length_m {
+            if d.abs() >= runway.hold_m + half_m {
                 continue;
             }
             let along_mps = runway.along_mps(target.velocity_mps).abs();

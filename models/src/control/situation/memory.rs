@@ -15,6 +15,9 @@ const NOSES: usize = 4;
 /// A name that another track had so recently is taken over, s.
 const TAKEN_OVER_S: f64 = 30.0;
 
+/// Half a length that is not known, m (assumed): no more than of a light aircraft.
+pub(super) const UNKNOWN_HALF_M: f64 = 4.0;
+
 /// Noise puts one who stands no farther than this beyond the anchor's distance, m (assumed).
 const STRAY_M: f64 = 10.0;
 
@@ -115,6 +118,26 @@ pub(super) struct Named {
     pub(super) length_m: f64,
 }
 
+/// A jump of which is not known yet whether it was a movement.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Jump {
+    /// Time and place before it, and the mean velocity there, m/s.
+    pub(super) from: SimTime,
+    pub(super) from_m: Vector2<f64>,
+    pub(super) mean_mps: Vector2<f64>,
+    /// When, in which direction and how far, m.
+    pub(super) at: SimTime,
+    pub(super) along: Vector2<f64>,
+    pub(super) off_m: f64,
+}
+
+impl Jump {
+    /// From where it would be without the jump to a place, m.
+    pub(super) fn off(&self, position_m: Vector2<f64>, since_s: f64) -> Vector2<f64> {
+        position_m - self.from_m - self.mean_mps * since_s
+    }
+}
+
 /// What is remembered of a track.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
@@ -138,6 +161,12 @@ pub(super) struct Memory {
     pub(super) jumped: Option<SimTime>,
     /// All that its jumps have moved it, m, and how long they took, s.
     pub(super) jumps: (Vector2<f64>, f64),
+    /// It jumped so, and it is not seen yet whether it goes on.
+    pub(super) goes_on: Option<Jump>,
+    /// It went on from a jump, last.
+    pub(super) went_on: Option<SimTime>,
+    /// Of one without a name: half its length by where it held before a line, m.
+    pub(super) held_half_m: f64,
     /// Where it was, and when, before the first of the jumps that follow each other.
     pub(super) before_jumps: (SimTime, Vector2<f64>),
     /// Is far from where it had to be.
@@ -198,6 +227,9 @@ impl Memory {
             velocities: [target.velocity_mps; 3],
             jumped: None,
             jumps: Default::default(),
+            goes_on: None,
+            went_on: None,
+            held_half_m: UNKNOWN_HALF_M,
             before_jumps: (now, target.position_m),
             leaps: false,
             leapt: None,

@@ -271,7 +271,7 @@ fn a_bar_is_told_of_once_to_who_stands_before_it() {
     assert_eq!(count(goes), 2);
 }
 
-/// One jump silences who has a name for three seconds; who jumps again, and who has none, for twelve.
+/// One jump silences who has a name for three seconds; who jumps again, and who has none and does not go on from it, for twelve.
 #[test]
 fn who_jumps_time_and_again_is_silent_for_longer() {
     let board = || {
@@ -294,15 +294,20 @@ fn who_jumps_time_and_again_is_silent_for_longer() {
     };
     let (never, once, again) = (told(&[]), told(&[28]), told(&[15, 28]));
     assert!(once <= never + 2 && again >= 28 + 12, "{never} {once} {again}");
-    // Nobody's track enters the runway at second 31.
-    let enters = |s: u32| {
-        let x = if s < 31 { 100.0 } else { 100.0 - 6.0 * f64::from(s - 30) };
-        let v = if s < 31 { 0.0 } else { -6.0 };
-        vec![target(7, "", (x, 1000.0 + jump(s, &[25])), (v, 0.0), s)]
+    // Nobody's track enters the runway from second 31 on: at 3 m/s, by no jump, and at 6 m/s, by one that goes on.
+    let enters = |speed_mps: f64, from_m: f64, at: &'static [u32]| {
+        let one = move |s: u32| {
+            let x = from_m - speed_mps * f64::from(s.max(30) - 30);
+            let v = if s < 31 { 0.0 } else { -speed_mps };
+            vec![target(7, "", (x, 1000.0 + jump(s, at)), (v, 0.0), s)]
+        };
+        let found = seen(&layout(), &Board::default(), Parameters::on_tracks(), 60, one);
+        first(&found, "NOCLR_RWY").expect("raised")
     };
-    let found = seen(&layout(), &Board::default(), Parameters::on_tracks(), 60, enters);
-    let at = first(&found, "NOCLR_RWY").expect("raised");
-    assert!(at >= 25 + 12, "{at}");
+    let (never, once) = (enters(3.0, 92.0, &[]), enters(3.0, 92.0, &[25]));
+    assert!(never <= 35 && once >= 25 + 12, "{never} {once}");
+    let goes_on = enters(6.0, 100.0, &[25]);
+    assert!((33..=35).contains(&goes_on), "{goes_on}");
 }
 
 /// Light ones go around slower than what is taken for a final: they are over the strip, not in it.
