@@ -3,16 +3,19 @@
 //! A clearance of a model, or of the plan, is permission; space is the core's. A person's is used: where the runway's
 //! pieces are another's, they are taken all the same. From then on, until he is off the strip or in the air, nothing but eyes keeps
 //! such a mover and the others apart: he holds what is under him, so nobody new takes it, and whoever has a part of it
-//! already brakes for the body that he sees. He also waits short of the way of whoever comes towards it within seconds.
+//! already brakes for the body that he sees. He also waits short of the way of whoever comes towards it within seconds, and who
+//! crosses looks along the runway first.
 //! Who is about to land goes around when somebody stands on the runway; who rolls, and can still stop, does.
 
-use super::{Core, Direction, Phase, Policy};
+use super::{Core, Direction, Flight, Phase, Policy};
 use crate::control::clearance::ClearanceKind;
 use crate::frames::{Azimuth, Vector2};
 use crate::traffic::outline::{Rectangle, Size, distance_m, outline};
 use crate::traffic::profile::stopping_speed_mps;
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use crate::traffic::tractrix;
+
+mod gives_way;
 
 /// Room that is kept to a body that is seen, m, and to one that will be there (assumed).
 const ROOM_M: f64 = 5.0;
@@ -213,6 +216,18 @@ impl Core {
         let look_m = mover.v * mover.v / (2.0 * brakes) + 1.5 * mover.v + 20.0;
         let near_m = look_m + 70.0 * AHEAD_S + 100.0;
         let mut bodies: Vec<Body> = Vec::new();
+        // Who crosses before somebody fast lets nobody else pass: he would stop in that one's way.
+        let (mut gives_way, mut hurries): (Option<(f64, usize)>, bool) = (None, false);
+        let seen = |o: &usize| *o != m && (own || self.by_sight.contains(o));
+        for o in (0..self.movers.len()).filter(seen) {
+            match self.gives_way_m(m, o) {
+                Some(free_m) if free_m.is_infinite() => hurries = true,
+                Some(free_m) if gives_way.is_none_or(|g| free_m < g.0) => {
+                    gives_way = Some((free_m, o));
+                }
+                _ => {}
+            }
+        }
         for o in (0..self.movers.len()).filter(|o| *o != m) {
             if !(own || self.by_sight.contains(&o)) {
                 continue;
@@ -227,9 +242,9 @@ impl Core {
                 bodies.push(body(o, theirs, state.position_m.xy(), state.heading_rad, 0.0));
             }
             // Of two who go by sight, the later one in the list lets the other pass.
-            let yields = own && !(self.by_sight.contains(&o) && o > m);
+            let yields = own && !(self.by_sight.contains(&o) && o > m) && !hurries;
             if yields && self.movers[o].v > 0.5 {
-                bodies.extend(self.will_cover(o, theirs));
+                bodies.extend(self.will_cover(o, theirs, AHEAD_S));
             }
         }
         for (n, hand) in self.hands.iter().enumerate() {
@@ -242,24 +257,15 @@ impl Core {
             }
         }
         if bodies.is_empty() {
-            return None;
+            return gives_way;
         }
         let now = body(m, size, here.position_m.xy(), here.heading_rad, 0.0);
         // Who is in the way of somebody already goes on; to who stands there, no nearer than now.
         let apart: Vec<f64> = bodies.iter().map(|b| now.within_m(b, ROOM_M)).collect();
-        let guided_m = 0.4 * size.length_m;
         let steps = (look_m / STEP_M) as usize;
-        let (mut slip, wheelbase_m) = (mover.slip, self.flights[m].wheelbase_m);
-        for k in 1..=steps {
-            let ahead_m = STEP_M * k as f64;
+        for (k, then) in self.drawn_ahead(m, steps).enumerate() {
+            let ahead_m = STEP_M * (k + 1) as f64;
             let at_s = ahead_m / mover.v.max(3.0);
-            // As it will be drawn along.
-            let curvature = mover.way.path.at(mover.s + ahead_m - 0.5 * STEP_M).curvature;
-            slip = tractrix::stepped_slip_rad(slip, curvature, STEP_M, wheelbase_m);
-            let on = mover.way.path.at(mover.s + ahead_m);
-            let heading_rad = on.heading_rad - slip;
-            let middle_m = on.at_m - Azimuth::from_rad(heading_rad).unit() * guided_m;
-            let then = body(m, size, middle_m, heading_rad, 0.0);
             let meets = bodies.iter().zip(&apart).find(|(b, apart)| {
                 let in_time = b.after_s <= at_s + AFTER_S;
                 let present = b.after_s == 0.0;
@@ -269,14 +275,30 @@ impl Core {
                 then.within_m(b, ROOM_M) < apart.min(ROOM_M) - 0.05
             });
             if let Some((met, _)) = meets {
-                return Some(((ahead_m - STEP_M).max(0.0), met.who));
+                let free_m = (ahead_m - STEP_M).max(0.0);
+                return gives_way.filter(|g| g.0 < free_m).or(Some((free_m, met.who)));
             }
         }
-        None
+        gives_way
+    }
+
+    /// What it covers at the next places of its way, [`STEP_M`] apart, as it will be drawn along.
+    fn drawn_ahead(&self, m: usize, steps: usize) -> impl Iterator<Item = Body> + '_ {
+        let (mover, Flight { size, wheelbase_m, .. }) = (&self.movers[m], &self.flights[m]);
+        let guided_m = 0.4 * size.length_m;
+        (1..=steps).scan(mover.slip, move |slip, k| {
+            let ahead_m = STEP_M * k as f64;
+            let curvature = mover.way.path.at(mover.s + ahead_m - 0.5 * STEP_M).curvature;
+            *slip = tractrix::stepped_slip_rad(*slip, curvature, STEP_M, *wheelbase_m);
+            let on = mover.way.path.at(mover.s + ahead_m);
+            let heading_rad = on.heading_rad - *slip;
+            let middle_m = on.at_m - Azimuth::from_rad(heading_rad).unit() * guided_m;
+            Some(body(m, *size, middle_m, heading_rad, 0.0))
+        })
     }
 
     /// What a mover covers in the next seconds if it goes on as it does, while it is on the ground.
-    fn will_cover(&self, o: usize, size: Size) -> Vec<Body> {
+    fn will_cover(&self, o: usize, size: Size, ahead_s: f64) -> Vec<Body> {
         let other = &self.movers[o];
         let on_way =
             matches!(other.phase, Phase::Taxiing | Phase::Landing | Phase::Rolling | Phase::Final);
@@ -285,7 +307,7 @@ impl Core {
         }
         let guided_m = 0.4 * size.length_m;
         let step_s = (0.5 * size.length_m / other.v).clamp(0.25, 2.0);
-        let times = (1..=(AHEAD_S / step_s) as usize).map(|k| step_s * k as f64);
+        let times = (1..=(ahead_s / step_s) as usize).map(|k| step_s * k as f64);
         let mut bodies = Vec::new();
         for after_s in times {
             if other.height_m + other.climb_mps * after_s > 12.0 {
