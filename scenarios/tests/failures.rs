@@ -301,3 +301,39 @@ fn the_car_that_crosses_a_runway_begins_in_the_strip_of_no_other() {
     }
     assert!(begun >= 8, "{begun} cars");
 }
+
+/// At XSYN the clearance that a controller gives against another one ended the lawful one that its holder had got since, to cross the other
+/// runway, and stood itself until the end.
+#[test]
+fn a_conflicting_clearance_ends_itself_and_no_other() {
+    let xsyn = "layout = \"airports/XSYN.apt.dat\"";
+    let (mut given, mut others) = (0, 0);
+    for seed in 1..=6 {
+        let quiet = text(xsyn, seed, "").replace("_per_h = 6", "_per_h = 12");
+        let flights = core_of(&load(&quiet).expect("a scene")).flights().to_vec();
+        let failing = flights.iter().map(|f| {
+            format!(
+                "[[failure]]\nkind = \"conflicting_clearance\"\ncallsign = \"{}\"\n",
+                f.callsign
+            )
+        });
+        let scene = load(&(quiet + &failing.collect::<String>())).expect("a scene");
+        let (core, _) = flown(&scene);
+        for shown in core.shown() {
+            let is = |c: &&models::traffic::core::Clearance| {
+                c.kind == "CRO" && c.runway == "09/27" && c.from_s == shown.time_s
+            };
+            let stood_s = |c: &models::traffic::core::Clearance| {
+                c.until_s.unwrap_or(f64::INFINITY) - c.from_s
+            };
+            for wrong in core.clearances().iter().filter(is) {
+                given += 1;
+                assert!(stood_s(wrong) <= 30.1, "seed {seed}: {wrong:?}");
+                let since = wrong.from_s..wrong.from_s + 30.0;
+                let of = core.clearances().iter().filter(|c| c.flight == wrong.flight);
+                others += of.filter(|c| c.kind == "CRO" && since.contains(&c.from_s)).count() - 1;
+            }
+        }
+    }
+    assert!(given >= 10 && others >= 1, "{given} given, {others} beside");
+}

@@ -451,7 +451,9 @@ impl Core {
                     self.failing[f].over = true;
                     let clearance = self.failing[f].failure.clearance;
                     if let Some(other) = self.failing[f].other {
-                        self.end_clearance(other, clearance);
+                        // That one, not what he was cleared for since.
+                        let given = |c: &super::Clearance| Some(c.from_s) == shown_s;
+                        self.end_clearance_of(other, |c| c.kind == clearance && given(c));
                     }
                 }
             }
