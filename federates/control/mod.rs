@@ -31,7 +31,7 @@ use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
 use models::flight_list::{FlightList, MovementKind};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::network::Network;
@@ -119,7 +119,7 @@ impl Control {
                 Notice::Stands(stands) => {
                     for told in stands {
                         if let Some(strip) = self.board.strip(Callsign::new(&told.callsign)) {
-                            strip.stand_m = Some(told.stand_m.into());
+                            strip.stand_m = Some(told.stand_m);
                         }
                     }
                 }
@@ -163,7 +163,7 @@ impl Control {
             until: None,
         });
         if let Some(strip) = self.board.strip(callsign).filter(|_| !c.way_m.is_empty()) {
-            strip.way_m = c.way_m.iter().map(|p| Vector2::new(p[0], p[1])).collect();
+            strip.way_m.clone_from(&c.way_m);
         }
     }
 
@@ -186,7 +186,7 @@ impl Control {
             class,
             arriving: movement == Some(MovementKind::Arrival),
             length_m: size.map_or(0.0, |row| row.class.length_m),
-            position_m: Vector2::new(t.position_m[0], t.position_m[1]),
+            position_m: t.position_m,
             velocity_mps: Vector2::new(t.velocity_mps[0], t.velocity_mps[1]),
             altitude_m: t.altitude_m,
             last_plot: SimTime(t.last_plot_ns),
@@ -243,7 +243,7 @@ fn message(run: u32, now: SimTime, change: Change, alert: &Alert) -> AlertMessag
         subjects: alert.subjects(),
         since_ns: alert.since.0,
         asterix: alert.condition.kind.asterix(),
-        place_m: [place.x, place.y],
+        place_m: Point2::new(place.x, place.y),
         number: 0,
     }
 }

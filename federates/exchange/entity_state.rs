@@ -2,7 +2,7 @@
 
 use super::dis_types;
 use geodesy::{Attitude, Ecef, Enu, Euler, LocalFrame};
-use models::frames::Vector3;
+use models::frames::{Point3, Vector3};
 use models::sensors::TargetState;
 use models::truth::TruthState;
 use pdu::EntityState;
@@ -143,7 +143,7 @@ pub fn target_state(estimate: &Estimate, frame: &LocalFrame) -> TargetState {
     let enu = frame.to_enu(estimate.location);
     let velocity = frame.vector_to_enu(estimate.velocity_mps);
     TargetState {
-        position_m: Vector3::new(enu.east_m, enu.north_m, enu.up_m),
+        position_m: Point3::new(enu.east_m, enu.north_m, enu.up_m),
         velocity_mps: Vector3::from(velocity),
         heading_rad: frame.attitude(estimate.orientation()).heading_rad,
     }

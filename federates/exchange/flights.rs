@@ -2,7 +2,7 @@
 
 use crate::runtime::messages::FlightNotice;
 use models::flight_list::{FlightEntry, FlightList};
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::plot::Callsign;
 use models::time::SimTime;
 
@@ -17,7 +17,7 @@ pub fn flight_notice(entry: &FlightEntry) -> FlightNotice {
         movement: entry.movement,
         runway: entry.runway.clone(),
         stand: entry.stand.clone(),
-        stand_m: entry.stand_m.map(|p| [p.x, p.y]),
+        stand_m: entry.stand_m,
         eta_ctd_ns: entry.eta_ctd.0,
         off_block_ns: entry.off_block.map(|t| t.0),
         routing: entry.routing.clone(),
@@ -28,7 +28,7 @@ pub fn flight_notice(entry: &FlightEntry) -> FlightNotice {
 #[must_use]
 pub fn flight_list(
     notices: &[FlightNotice],
-    runways: Vec<(String, [Vector2<f64>; 2])>,
+    runways: Vec<(String, [Point2<f64>; 2])>,
 ) -> FlightList {
     let mut entries: Vec<FlightEntry> = notices
         .iter()
@@ -40,7 +40,7 @@ pub fn flight_list(
             movement: n.movement,
             runway: n.runway.clone(),
             stand: n.stand.clone(),
-            stand_m: n.stand_m.map(|p| Vector2::new(p[0], p[1])),
+            stand_m: n.stand_m,
             eta_ctd: SimTime(n.eta_ctd_ns),
             off_block: n.off_block_ns.map(SimTime),
             routing: n.routing.clone(),

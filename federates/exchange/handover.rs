@@ -241,7 +241,7 @@ impl Rules {
             designator: words.designator.clone(),
             runway: runway.transpose()?,
             stand: stand.transpose()?,
-            at_m: metres(words.at_mm),
+            at_m: metres(words.at_mm).into(),
             velocity_mps: metres(words.velocity_mmps),
             time_s: ns as f64 * 1e-9,
         })

@@ -5,7 +5,7 @@
 //! per cell east m, north m, radius m, rain mm/h. All doubles, so that a recording repeats a run exactly.
 
 use models::environment::{RainCell, Weather};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use pdu::enumerations::EnvironmentRecordType;
 use pdu::environment::{EnvironmentRecord, EnvironmentRecords, EnvironmentalProcess};
 use pdu::records::{EntityId, EntityType};
@@ -90,7 +90,7 @@ pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<Weather> {
     let mut cells = Vec::with_capacity(count);
     for _ in 0..count {
         cells.push(RainCell {
-            centre_m: Vector2::new(within(-1e6, 1e6)?, within(-1e6, 1e6)?),
+            centre_m: Point2::new(within(-1e6, 1e6)?, within(-1e6, 1e6)?),
             radius_m: within(0.0, 1e6)?,
             rain_mm_per_h: within(0.0, 1000.0)?,
         });

@@ -57,7 +57,7 @@ fn addressed(
         None if invent => Emitter::anonymous(INVENTED + u32::from(truth.id[2])),
         None => return None,
     };
-    let [east_m, north_m, up_m] = truth.position_m;
+    let [east_m, north_m, up_m]: [f64; 3] = truth.position_m.into();
     let place = gateway.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();
     let above_m = place.height_m - gateway.elevation_m;
     let wake = flight.and_then(|f| f.wake);

@@ -42,7 +42,7 @@ pub fn packet(gateway: &Gateway, truth: &TruthMessage, time_ns: i64) -> [u8; LEN
     out.text(model(truth), 96);
     out.put(&(time_ns as f64 / 1e9).to_be_bytes());
     out.put(&0.1_f64.to_be_bytes());
-    let [east_m, north_m, up_m] = truth.position_m;
+    let [east_m, north_m, up_m]: [f64; 3] = truth.position_m.into();
     let point = gateway.frame.to_ecef(Enu { east_m, north_m, up_m });
     for coordinate in [point.x_m, point.y_m, point.z_m] {
         out.put(&coordinate.to_be_bytes());
@@ -114,6 +114,7 @@ impl Writer {
 mod tests {
     use super::*;
     use geodesy::Geodetic;
+    use models::frames::Point3;
 
     /// A second reading of the message, by the offsets of its fields.
     fn f64_at(octets: &[u8], at: usize) -> f64 {
@@ -147,7 +148,7 @@ mod tests {
                 type_designator: "B77W".into(),
                 aircraft: true,
                 size_m: [70.0, 60.0],
-                position_m: [1000.0, -2000.0, 30.0],
+                position_m: Point3::new(1000.0, -2000.0, 30.0),
                 velocity_mps: [10.0 * libm::sin(heading_rad), 10.0 * libm::cos(heading_rad), 2.0],
                 heading_rad,
                 ours: true,

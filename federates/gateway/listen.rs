@@ -161,7 +161,7 @@ impl ForeignEar {
             source: format!("{sac}/{sic}"),
             track: heard.number,
             time_ns: (time_s * 1e9) as i64,
-            position_m,
+            position_m: position_m.into(),
             velocity_mps: heard.velocity_mps,
             callsign: heard.label,
             coasting: heard.coasting,
@@ -182,6 +182,7 @@ mod tests {
     use super::*;
     use crate::gateway::Choice;
     use asterix::{Packer, cat062};
+    use models::frames::Point2;
 
     fn system_track(number: u32, time_s: f64, place: [f64; 2]) -> Vec<u8> {
         let mut packer = Packer::new(1400);
@@ -221,7 +222,8 @@ mod tests {
         let times: Vec<i64> = out.iter().map(|r| r.time_ns).collect();
         assert_eq!(times, [1_000_000_000, 3_500_000_000], "over midnight");
         assert_eq!((out[1].source.as_str(), out[1].track, out[1].received_ns), ("77/9", 12, 6));
-        assert_eq!((out[1].position_m, out[1].velocity_mps), ([103.0, -54.0], Some([3.0, -4.0])));
+        assert_eq!(out[1].position_m, Point2::new(103.0, -54.0));
+        assert_eq!(out[1].velocity_mps, Some([3.0, -4.0]));
         let (_, refused) = ear.counted();
         assert_eq!(refused.len(), 3, "{refused:?}");
         assert!(refused.iter().all(|(_, n)| *n == 1), "{refused:?}");

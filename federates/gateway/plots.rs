@@ -107,11 +107,11 @@ impl Report<'_> {
                 [kind, corrected, 0, self.on_ground(), 0, 1, 0, 0, loop_passed, self.target()];
             items.put(&cat010::I020, &descriptor)?;
             items.put(&cat010::I140, &[self.time_s()])?;
-            items.put(&cat010::I041, &self.gateway.place(plot.position_m))?;
+            items.put(&cat010::I041, &self.gateway.place(plot.position_m.into()))?;
             if let Some([range_m, azimuth_rad, ..]) = plot.polar {
                 items.put(&cat010::I040, &[range_m, azimuth_rad.to_degrees()])?;
             }
-            items.put(&cat010::I042, &plot.position_m)?;
+            items.put(&cat010::I042, plot.position_m.coords.as_slice())?;
             if let Some(address) = self.address() {
                 items.put(&cat010::I220, &[address])?;
             }
@@ -141,8 +141,8 @@ impl Report<'_> {
             // The first seven bits are inverted: Mode S was used.
             items.put(&cat020::I020, &[1, 0, 1, 1, 1, 1, 1, 0, 0, 0, self.on_ground(), 0, 1, 0])?;
             items.put(&cat020::I140, &[self.time_s()])?;
-            items.put(&cat020::I041, &self.gateway.place(plot.position_m))?;
-            items.put(&cat020::I042, &plot.position_m)?;
+            items.put(&cat020::I041, &self.gateway.place(plot.position_m.into()))?;
+            items.put(&cat020::I042, plot.position_m.coords.as_slice())?;
             if let Some(address) = self.address() {
                 items.put(&cat020::I220, &[address])?;
             }
@@ -171,7 +171,7 @@ impl Report<'_> {
             let descriptor = [2 * vehicle, 0, 0, 0, 0, self.on_ground(), 1];
             items.put(&cat021::I040, &descriptor)?;
             items.put(&cat021::I071, &[self.time_s()])?;
-            items.put(&cat021::I131, &self.gateway.place(plot.position_m))?;
+            items.put(&cat021::I131, &self.gateway.place(plot.position_m.into()))?;
             items.put(&cat021::I080, &[self.address().unwrap_or(0)])?;
             if let Some(height_m) = plot.altitude_m {
                 items.put(&cat021::I140, &[(height_m + self.gateway.elevation_m) / FOOT_M])?;

@@ -4,6 +4,7 @@ use super::*;
 use crate::runtime::messages::PlotMessage;
 use asterix::{Record, blocks, cat011, cat062};
 use models::flight_list::{MovementKind, WakeCategory};
+use models::frames::Point2;
 use models::track::TrackType;
 
 fn scene() -> Scene {
@@ -17,7 +18,7 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
         status: TrackStatus::Confirmed,
         first: false,
         time_ns,
-        position_m: [1200.25, -3400.5],
+        position_m: Point2::new(1200.25, -3400.5),
         velocity_mps: [10.0, -3.25],
         cov_m2: [4.0, -1.0, 9.0],
         acceleration_ms2: [0.5, 0.0],
@@ -43,7 +44,7 @@ fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
         sensor,
         kind: SensorKind::Asde,
         time_ns,
-        position_m: [1200.0, -3400.0],
+        position_m: Point2::new(1200.0, -3400.0),
         cov_m2: [4.0, 0.0, 4.0],
         ellipse: [1.0, 0.0, 4.0, 4.0],
         altitude_m: None,
@@ -52,7 +53,7 @@ fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
         scnr_db: Some(20.0),
         identity: String::new(),
         cause: "SWR137H".into(),
-        truth_m: Some([1201.0, -3401.0]),
+        truth_m: Some(Point2::new(1201.0, -3401.0)),
         sequence: 0,
         track: Some(7),
         effects: Vec::new(),
@@ -228,7 +229,7 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
         let end_ns = number_of_scan as i64 * 1_000_000_000;
         let tracks: Vec<TrackMessage> = (0..500)
             .map(|n| TrackMessage {
-                position_m: place(n + 1000 * number_of_scan),
+                position_m: place(n + 1000 * number_of_scan).into(),
                 ..track(n as u16, end_ns)
             })
             .collect();
@@ -237,7 +238,8 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
             for n in 0..200 {
                 plots.push(PlotMessage {
                     kind: source.kind,
-                    position_m: place(n + 1000 * (u64::from(source.sic) + 300 * number_of_scan)),
+                    position_m: place(n + 1000 * (u64::from(source.sic) + 300 * number_of_scan))
+                        .into(),
                     sequence: n as u32,
                     polar: None,
                     ..plot(source.sic.into(), end_ns - 999_000_000 + 4_999_999 * n as i64)
@@ -313,7 +315,7 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
             assert_eq!((*sic, *category <= 21 && *category != 11), (plot.sensor, true));
             near(
                 back(*place),
-                plot.position_m,
+                plot.position_m.into(),
                 if *category == 20 { 0.4 } else { 0.05 },
                 plot.kind.word,
             );
@@ -323,7 +325,7 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
         for (said, (category, within_m)) in said_tracks.chunks(500).zip([(62, 0.4), (11, 0.05)]) {
             for ((of, number, time_s, place), track) in said.iter().zip(&scan.tracks) {
                 assert_eq!((*of, *number), (category, track.number));
-                near(back(*place), track.position_m, within_m, "track");
+                near(back(*place), track.position_m.into(), within_m, "track");
                 on_time(*time_s, track.time_ns, "track");
             }
         }

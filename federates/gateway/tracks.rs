@@ -6,7 +6,6 @@ use super::{Gateway, Memory, SMDFM_SIC};
 use crate::runtime::messages::{FlightNotice, TrackMessage};
 use asterix::{EncodeError, ItemWriter, Packer, cat011, cat062};
 use models::flight_list::{MovementKind, WakeCategory};
-use models::frames::Vector2;
 use models::score::areas::Area;
 use models::track::{TrackStatus, TrackType};
 
@@ -98,8 +97,7 @@ impl<'a> System<'a> {
 
     /// Item 430.
     fn phase(&self) -> u8 {
-        let [x_m, y_m] = self.track.position_m;
-        let area = self.gateway.areas.at(Vector2::new(x_m, y_m), self.track.altitude_m);
+        let area = self.gateway.areas.at(self.track.position_m, self.track.altitude_m);
         use MovementKind::{Arrival, Departure};
         match (self.track.movement, area) {
             (Some(Departure), Area::Stand) | (Some(Arrival), Area::Stand) => 1,
@@ -157,8 +155,8 @@ pub fn record_062(
         items.put(&cat062::I010, &[0, SMDFM_SIC])?;
         items.put(&cat062::I015, &[1])?;
         items.put(&cat062::I070, &[gateway.of_day_s(track.time_ns)])?;
-        items.put(&cat062::I105, &gateway.place(track.position_m))?;
-        items.put(&cat062::I100, &track.position_m)?;
+        items.put(&cat062::I105, &gateway.place(track.position_m.into()))?;
+        items.put(&cat062::I100, track.position_m.coords.as_slice())?;
         items.put(&cat062::I185, &track.velocity_mps)?;
         items.put(&cat062::I210, &track.acceleration_ms2)?;
         items.compound(&cat062::I380, |sub| {
@@ -248,8 +246,8 @@ pub fn record_011(
         items.put(&cat011::I000, &[1])?;
         items.put(&cat011::I015, &[1])?;
         items.put(&cat011::I140, &[gateway.of_day_s(track.time_ns)])?;
-        items.put(&cat011::I041, &gateway.place(track.position_m))?;
-        items.put(&cat011::I042, &track.position_m)?;
+        items.put(&cat011::I041, &gateway.place(track.position_m.into()))?;
+        items.put(&cat011::I042, track.position_m.coords.as_slice())?;
         items.put(&cat011::I202, &track.velocity_mps)?;
         items.put(&cat011::I210, &track.acceleration_ms2)?;
         if !callsign.is_empty() {

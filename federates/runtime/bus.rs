@@ -239,6 +239,7 @@ mod part_tests {
     use super::super::local_bus::LocalHub;
     use super::super::messages::{PlotMessage, ScanReport};
     use super::*;
+    use models::frames::Point2;
 
     /// Four sensors' plots of 4096 targets, each with what 14 effects did to it: 14 MB.
     #[test]
@@ -248,7 +249,7 @@ mod part_tests {
             sensor: (n % 4) as u16,
             kind: models::plot::SensorKind::Asde,
             time_ns: n.into(),
-            position_m: [0.0; 2],
+            position_m: Point2::origin(),
             cov_m2: [1.0; 3],
             ellipse: [1.0; 4],
             altitude_m: None,
@@ -257,7 +258,7 @@ mod part_tests {
             scnr_db: Some(20.0),
             identity: format!("SWR{n}"),
             cause: format!("SWR{n}"),
-            truth_m: Some([0.0; 2]),
+            truth_m: Some(Point2::origin()),
             sequence: n,
             track: Some(n as u16),
             effects: (0..14).map(effect).collect(),

@@ -178,7 +178,7 @@ fn nodes(file: &Path, with: &[PathBuf], json: bool) -> ExitCode {
     };
     let network = Network::of(&layout);
     let mut rows: Vec<Value> = Vec::new();
-    let place = |p: models::frames::Vector2<f64>| [tenths(p.x), tenths(p.y)];
+    let place = |p: models::frames::Point2<f64>| [tenths(p.x), tenths(p.y)];
     let runway_name = |r: usize| network.runways[r].names.join("/");
     for (index, stand) in layout.stands.iter().enumerate() {
         let number = stand.node.and_then(|n| layout.details.numbers.get(n));

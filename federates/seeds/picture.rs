@@ -173,9 +173,9 @@ impl Task {
             .tracks
             .iter()
             .map(|t| t.position_m)
-            .chain(report.truth.iter().map(|t| [t.position_m[0], t.position_m[1]]))
+            .chain(report.truth.iter().map(|t| t.position_m.xy()))
             .filter(|p| p.iter().all(|x| x.is_finite() && x.abs() < 1e6))
-            .flat_map(|[x, y]| [[x - 80.0, y - 80.0], [x + 80.0, y + 80.0]])
+            .flat_map(|p| [[p.x - 80.0, p.y - 80.0], [p.x + 80.0, p.y + 80.0]])
             .collect();
         match view.fit {
             Fit::Airport => view.camera.fit(&self.map.points(), 44.0),

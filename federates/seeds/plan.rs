@@ -14,7 +14,6 @@ use crate::traffic_generator::TrafficGenerator;
 use clap::Args;
 use models::effects::{Change, PlanRow, Tolerance, changes};
 use models::environment::Weather;
-use models::frames::Vector3;
 use models::plot::Callsign;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
@@ -205,7 +204,7 @@ impl Truth for Traffic<'_> {
         let truth =
             self.scene.traffic.entities[self.present[index]].trajectory.as_ref()?.at(time)?;
         Some(TargetState {
-            position_m: Vector3::new(truth.position_m.x, truth.position_m.y, truth.position_m.z),
+            position_m: truth.position_m,
             velocity_mps: truth.velocity_mps,
             heading_rad: truth.heading_rad,
         })
@@ -317,14 +316,15 @@ fn explain(scene: &Arc<Scene>, callsign: &str, at: f64, json: bool) -> anyhow::R
             out!("{}", serde_json::to_string(plot)?);
             continue;
         }
-        let [east, north] = plot.position_m;
+        let (east, north) = (plot.position_m.x, plot.position_m.y);
         out!(
             "{} plot of {callsign} at {:.3} s: east {east:.2} m, north {north:.2} m",
             plot.kind.word,
             plot.time_ns as f64 * 1e-9
         );
-        if let Some([truth_east, truth_north]) = plot.truth_m {
-            out!("  error east {:+.2} m, north {:+.2} m", east - truth_east, north - truth_north);
+        if let Some(truth_m) = plot.truth_m {
+            let error_m = plot.position_m - truth_m;
+            out!("  error east {:+.2} m, north {:+.2} m", error_m.x, error_m.y);
         }
         for (effect, value, unit) in &plot.effects {
             out!("  {effect:<32}{value:>12.4} {unit}");

@@ -142,12 +142,12 @@ impl Log {
         for truth in &report.truth {
             names.insert(&truth.callsign, truth.key());
             let target = self.targets.entry(truth.key()).or_default();
-            let ([x, y, z], [vx, vy, _]) = (truth.position_m, truth.velocity_mps);
+            let [vx, vy, _] = truth.velocity_mps;
             target.path.push(TruthPoint {
                 time,
-                position_m: Vector2::new(x, y),
+                position_m: truth.position_m.xy(),
                 velocity_mps: Vector2::new(vx, vy),
-                height_m: Some(z),
+                height_m: Some(truth.position_m.z),
             });
         }
         let (mut plots, mut causes) = (Vec::new(), Vec::new());
@@ -181,7 +181,8 @@ fn said(track: &TrackMessage, time: SimTime, target: u64) -> impl Iterator<Item 
         position_m: position_m.into(),
         cov_m2: Matrix2::new(ee, en, en, nn),
     };
-    let now = of(time, false, track.position_m, track.cov_m2);
-    let ago = track.lag.map(|lag| of(SimTime(lag.time_ns), true, lag.position_m, lag.cov_m2));
+    let now = of(time, false, track.position_m.into(), track.cov_m2);
+    let ago =
+        track.lag.map(|lag| of(SimTime(lag.time_ns), true, lag.position_m.into(), lag.cov_m2));
     std::iter::once(now).chain(ago)
 }

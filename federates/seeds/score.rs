@@ -7,7 +7,7 @@ use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use anyhow::{Context, bail};
 use clap::Args;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::score::areas::{AreaMap, AreaRules};
 use models::score::recording::Recording;
 use models::score::run::Rules;
@@ -111,7 +111,7 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let scene = scene(args.scene.as_deref(), named.as_deref(), &mut notes)?;
     let place = scene.as_ref().map(|s| |lat: f64, lon: f64| s.airport.local_m(lat, lon));
     let place: score_files::Place<'_> =
-        place.as_ref().map(|p| p as &dyn Fn(f64, f64) -> Vector2<f64>);
+        place.as_ref().map(|p| p as &dyn Fn(f64, f64) -> Point2<f64>);
     let targets = truth.targets(place).with_context(|| args.truth.display().to_string())?;
     let reports = if recording {
         let start = truth.fact("start_utc_ns").and_then(|ns| ns.parse().ok());

@@ -14,7 +14,7 @@ use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::scoring::Told;
 use models::control::situation::{Target, TargetClass};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::network::Network;
@@ -146,7 +146,7 @@ fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, 
             class: if is_aircraft { TargetClass::Aircraft } else { TargetClass::Vehicle },
             arriving: arrivals.contains(&callsign),
             length_m: row.get::<_, Option<f64>>(8)?.unwrap_or(0.0),
-            position_m: Vector2::new(row.get(3)?, row.get(4)?),
+            position_m: Point2::new(row.get(3)?, row.get(4)?),
             velocity_mps,
             altitude_m: row.get(5)?,
             last_plot: now,
@@ -175,9 +175,8 @@ fn judge(net: &mut SafetyNet, now: SimTime, targets: &[Target], told: &mut BTree
         }
     }
     let named = |t: &'_ Target| Some((t.callsign?, t.position_m));
-    let places: Vec<(Callsign, Vector2<f64>)> = targets.iter().filter_map(named).collect();
-    let places: Vec<(&str, Vector2<f64>)> =
-        places.iter().map(|(c, at)| (c.as_str(), *at)).collect();
+    let places: Vec<(Callsign, Point2<f64>)> = targets.iter().filter_map(named).collect();
+    let places: Vec<(&str, Point2<f64>)> = places.iter().map(|(c, at)| (c.as_str(), *at)).collect();
     for one in told.values_mut().filter(|one| one.end_s.is_infinite()) {
         one.look(now.s(), &places);
     }

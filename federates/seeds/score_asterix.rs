@@ -4,7 +4,7 @@ use crate::exchange::asterix_file::{self, Pieces, sound};
 use crate::gateway::foreign::{ForeignPlace, ForeignTrack, track};
 use anyhow::{Context, bail};
 use asterix::time::{Unwrap, of_day_s};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::score::recording::Report;
 use models::time::SimTime;
 use std::collections::BTreeMap;
@@ -70,13 +70,13 @@ pub fn reports(
         }
         coasting += u64::from(report.coasting);
         let position_m = match (report.place, place) {
-            (ForeignPlace::Local([x_m, y_m]), _) => Vector2::new(x_m, y_m),
+            (ForeignPlace::Local([x_m, y_m]), _) => Point2::new(x_m, y_m),
             (ForeignPlace::Degrees([lat, lon]), Some(place)) => place(lat, lon),
             (ForeignPlace::Degrees(_), None) => {
                 bail!("positions are in degrees; name the scene of the airport with --scene")
             }
         };
-        if position_m.norm() > FARTHEST_M {
+        if position_m.coords.norm() > FARTHEST_M {
             unplaced += 1;
             continue;
         }

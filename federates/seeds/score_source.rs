@@ -1,7 +1,7 @@
 //! What is scored and against what: files of truth, tracks and alerts, and the scene of the airport.
 
 use anyhow::{Context, bail};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::score::recording::{PlotSum, Report, Target, TruthPoint};
 use models::time::SimTime;
 use rusqlite::{Connection, OpenFlags};
@@ -90,7 +90,7 @@ impl Source {
             target.name = row.get::<_, Option<String>>(1)?.unwrap_or_default();
             target.path.push(TruthPoint {
                 time: SimTime(row.get(2)?),
-                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                position_m: Point2::new(row.get(3)?, row.get(4)?),
                 velocity_mps: Vector2::new(row.get(5)?, row.get(6)?),
                 height_m: row.get(7)?,
             });
@@ -116,7 +116,7 @@ impl Source {
                 track: row.get::<_, i64>(0)?.unsigned_abs(),
                 time: SimTime(time),
                 published: took_us.map(|us| SimTime(time + us * 1000)),
-                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                position_m: Point2::new(row.get(3)?, row.get(4)?),
                 velocity_mps: Some(Vector2::new(row.get(5)?, row.get(6)?)),
                 label: row.get::<_, Option<String>>(7)?.unwrap_or_default(),
             })
@@ -137,7 +137,7 @@ impl Source {
                 track: row.get::<_, i64>(0)?.unsigned_abs(),
                 time: SimTime(row.get(1)?),
                 published: Some(SimTime(row.get(2)?)),
-                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                position_m: Point2::new(row.get(3)?, row.get(4)?),
                 velocity_mps: None,
                 label: row.get::<_, Option<String>>(5)?.unwrap_or_default(),
             })

@@ -7,7 +7,7 @@ use crate::runtime::clock::monotonic_ns;
 use anyhow::{Context, bail};
 use clap::Args;
 use models::environment::Weather;
-use models::frames::Vector2;
+use models::frames::{Point2, Point3};
 use models::sensors::TargetClass;
 use models::sensors::mlat::MlatConfig;
 use scenarios::{Scene, SensorScene};
@@ -208,7 +208,7 @@ fn weathers(scene: &Scene, args: &SiteArgs) -> anyhow::Result<Vec<(String, Weath
     Ok(classes.into_iter().map(|c| (c.name, c.weather)).collect())
 }
 
-fn sites(scene: &Scene) -> Vec<Vector2<f64>> {
+fn sites(scene: &Scene) -> Vec<Point2<f64>> {
     scene.sensors.iter().filter_map(|s| Some(s.site_m?.xy())).collect()
 }
 
@@ -359,9 +359,12 @@ fn candidates(
     };
     let sensor = &scene.sensors[index];
     let height_m = sensor.asde.as_ref().map_or(0.0, |radar| radar.parameters.antenna_height_m);
-    let at = sensor.site_m.map_or_else(Vector2::zeros, |site| site.xy());
-    let mut all =
-        vec![Candidate { name: PRESENT.into(), site_m: at.push(height_m), present: true }];
+    let at = sensor.site_m.map_or_else(Point2::origin, |site| site.xy());
+    let mut all = vec![Candidate {
+        name: PRESENT.into(),
+        site_m: Point3::new(at.x, at.y, height_m),
+        present: true,
+    }];
     let text = std::fs::read_to_string(file)
         .map_err(|e| format!("{}: {e}; --candidates takes a CSV file", file.display()))?;
     let name = file.display().to_string();

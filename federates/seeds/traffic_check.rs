@@ -8,7 +8,7 @@ use crate::viewer_logger::{kept_scene, opened};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use models::control::clearance::ClearanceKind;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point3, Vector2};
 use models::time::SimTime;
 use models::traffic::check::{CHECKED_WITHIN_M, Checker, Given, Row, Rules, Seen, TypeLimits, Who};
 use models::traffic::core::Direction;
@@ -253,7 +253,7 @@ impl Read {
             let height_m = row.get::<_, Option<f64>>(5)?.unwrap_or(0.0);
             let seen = Seen {
                 who,
-                position_m: Vector3::new(row.get(3)?, row.get(4)?, height_m),
+                position_m: Point3::new(row.get(3)?, row.get(4)?, height_m),
                 velocity_mps: Vector2::new(row.get(6)?, row.get(7)?),
                 heading_rad: row.get::<_, Option<f64>>(8)?.unwrap_or(0.0),
             };

@@ -8,7 +8,7 @@ use crate::runtime::codec::decode;
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{Notice, ScanReport, SeatAction, SeatInput, SeatOrder};
 use geodesy::Enu;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point3, Vector2, Vector3};
 use models::sensors::Truth as _;
 use models::time::SimTime;
 use models::traffic::core::{Direction, Phase};
@@ -32,7 +32,7 @@ fn scene(airport: &str, departures_per_h: f64) -> Arc<Scene> {
 }
 
 /// What another simulator says of its aircraft at a time, as `visitors` lets it in.
-fn said(scene: &Scene, name: &str, at: (Vector3<f64>, Vector3<f64>), at_s: f64) -> Vec<Vec<u8>> {
+fn said(scene: &Scene, name: &str, at: (Point3<f64>, Vector3<f64>), at_s: f64) -> Vec<Vec<u8>> {
     let time = FrameTime::of(&scene.run);
     let frame = &scene.airport.frame;
     let (p, v) = at;
@@ -74,7 +74,7 @@ fn said(scene: &Scene, name: &str, at: (Vector3<f64>, Vector3<f64>), at_s: f64) 
 const ADDRESS: u32 = 0x4b_1234;
 
 /// Whether it is ours, where it is, how it moves.
-type Held = (bool, Vector3<f64>, Vector3<f64>);
+type Held = (bool, Point3<f64>, Vector3<f64>);
 
 /// What was seen of a call sign.
 #[derive(Default)]
@@ -92,7 +92,7 @@ fn watch(
     scene: &Arc<Scene>,
     name: &str,
     seconds: u64,
-    theirs: impl Fn(u64) -> Option<(Vector3<f64>, Vector3<f64>)>,
+    theirs: impl Fn(u64) -> Option<(Point3<f64>, Vector3<f64>)>,
     ask: &(u64, SeatAction),
 ) -> Seen {
     let mut seen = Seen::default();
@@ -182,7 +182,7 @@ fn who_is_given_is_there_once_in_each_frame_and_keeps_his_track() {
             let t = frame as f64 * dt - 20.0;
             let velocity = along * 75.0 - aside * 1.5;
             let at = runway.ends_m[end] - along * (5.0 * 1852.0) + aside * 80.0 + velocity * t;
-            (Vector3::new(at.x, at.y, 520.0 - 4.0 * t), Vector3::new(velocity.x, velocity.y, -4.0))
+            (Point3::new(at.x, at.y, 520.0 - 4.0 * t), Vector3::new(velocity.x, velocity.y, -4.0))
         };
         let (p, v) = theirs(400);
         let milli = |v: Vector3<f64>| [v.x, v.y, v.z].map(|x| (1e3 * x).round() as i64);
@@ -191,7 +191,7 @@ fn who_is_given_is_there_once_in_each_frame_and_keeps_his_track() {
             address: Some(ADDRESS),
             runway: None,
             stand: None,
-            at_mm: milli(p),
+            at_mm: milli(p.coords),
             velocity_mmps: milli(v),
             when: When::Run(20_000_000_000),
         };

@@ -8,7 +8,7 @@ use crate::exchange::stamp::{self, StampedPlots};
 use crate::gateway::{Choice, Gateway};
 use crate::runtime::codec::decode;
 use crate::runtime::frame_time::FrameTime;
-use crate::runtime::messages::ScanReport;
+use crate::runtime::messages::{ScanReport, TruthMessage};
 use models::plot::{Callsign, Identity, SensorKind};
 use models::sensors::PlotSink;
 use models::sensors::ScanInterval;
@@ -109,11 +109,8 @@ fn error_m(reports: &[ScanReport]) -> (f64, usize) {
     let (mut sum, mut count) = (0.0, 0);
     for report in reports {
         for track in report.tracks.iter().filter(|t| t.status != TrackStatus::Last) {
-            let far = |truth: &[f64; 3]| {
-                let [east_m, north_m] = track.position_m;
-                libm::hypot(truth[0] - east_m, truth[1] - north_m)
-            };
-            let nearest = report.truth.iter().map(|t| far(&t.position_m)).fold(f64::MAX, f64::min);
+            let far = |t: &TruthMessage| (t.position_m.xy() - track.position_m).norm();
+            let nearest = report.truth.iter().map(far).fold(f64::MAX, f64::min);
             // What is farther is an echo of its own, not an error of a target.
             if nearest < 60.0 {
                 sum += nearest * nearest;

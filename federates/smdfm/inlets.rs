@@ -10,7 +10,7 @@ use crate::exchange::stamp::StampedPlots;
 use asterix::{Record, blocks};
 use geodesy::{Geodetic, LocalFrame};
 use models::environment::Weather;
-use models::frames::{Matrix2, Vector2, Vector3};
+use models::frames::{Matrix2, Point2, Point3, Vector2};
 use models::plot::{Plot, Polar, SensorId, SensorKind, principal_axes};
 use models::sensors::{Cause, PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
@@ -70,7 +70,7 @@ pub struct Inlets {
 struct Inlet {
     kind: SensorKind,
     scene: ForeignScene,
-    site_m: Option<Vector3<f64>>,
+    site_m: Option<Point3<f64>>,
     frame: LocalFrame,
     elevation_m: f64,
     start_ns: i64,
@@ -314,9 +314,9 @@ impl Inlet {
             Place::Degrees([lat, lon]) => {
                 let height_m = self.frame.origin_geodetic().height_m;
                 let there = self.frame.to_enu(Geodetic::from_degrees(lat, lon, height_m).to_ecef());
-                Vector2::new(there.east_m, there.north_m)
+                Point2::new(there.east_m, there.north_m)
             }
-            Place::Local([east_m, north_m]) => Vector2::new(east_m, north_m),
+            Place::Local([east_m, north_m]) => Point2::new(east_m, north_m),
             Place::FromSite([east_m, north_m]) => site()?.xy() + Vector2::new(east_m, north_m),
             Place::Polar => {
                 let (site_m, [range_m, azimuth_rad]) = (site()?, reading.polar.unwrap_or_default());
@@ -331,7 +331,7 @@ impl Inlet {
                 site_m.xy() + Vector2::new(sin, cos) * ground_m
             }
         };
-        if !(position_m.norm() <= FARTHEST_M) {
+        if !(position_m.coords.norm() <= FARTHEST_M) {
             return Err("a position out of 100 km");
         }
         let white_m2 = self.scene.sigma_m * self.scene.sigma_m;

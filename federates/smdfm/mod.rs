@@ -42,6 +42,7 @@ use front_end::smdfms_of;
 use inlets::Inlets;
 use intake::Intake;
 use models::flight_list::FlightList;
+use models::frames::Point2;
 use models::fusion::Tracker;
 use models::sensors::{PlotSink, Sensor};
 use models::track::SystemTrack;
@@ -145,7 +146,7 @@ fn track_notice(track: &SystemTrack) -> TrackNotice {
         type_designator: label.map_or_else(String::new, |l| l.type_designator.clone()),
         movement: label.map(|l| l.movement),
         first: track.first,
-        position_m: [track.position_m.x, track.position_m.y],
+        position_m: Point2::new(track.position_m.x, track.position_m.y),
         velocity_mps: [track.velocity_mps.x, track.velocity_mps.y],
         altitude_m: track.altitude_m,
         last_plot_ns: track.last_plot.0,

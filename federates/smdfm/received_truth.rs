@@ -199,7 +199,7 @@ impl ReceivedTruth {
             return Err("Entity State with a coordinate that is not a number");
         }
         let at = Reckoned::new(state).at(0.0, &self.scene.airport.frame);
-        if at.position_m.norm() > INTEREST_M {
+        if at.position_m.coords.norm() > INTEREST_M {
             return Err("entity farther than 100 km from the airport");
         }
         if at.velocity_mps.norm() > FASTEST_MPS {

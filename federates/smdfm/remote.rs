@@ -44,7 +44,7 @@ fn told(plot: &Plot, cause: &Cause) -> CausedPlot {
     CausedPlot {
         time_ns: plot.time.0,
         sequence: plot.sequence,
-        position_m: plot.position_m.into(),
+        position_m: plot.position_m,
         axis: plot.axis.into(),
         variances_m2: [plot.along_m2, plot.across_m2],
         altitude_m: plot.altitude_m,
@@ -54,7 +54,7 @@ fn told(plot: &Plot, cause: &Cause) -> CausedPlot {
         address,
         scnr_db: plot.scnr_db,
         key: cause.key,
-        truth_m: cause.truth_m.map(Into::into),
+        truth_m: cause.truth_m,
         effects: cause.effects.iter().map(effect).collect(),
     }
 }
@@ -96,7 +96,7 @@ fn heard(sensor: SensorId, kind: SensorKind, told: CausedPlot) -> (Plot, Cause) 
         kind,
         time: SimTime(told.time_ns),
         sequence: told.sequence,
-        position_m: Vector2::from(told.position_m),
+        position_m: told.position_m,
         axis: Vector2::from(told.axis),
         along_m2: told.variances_m2[0],
         across_m2: told.variances_m2[1],
@@ -107,7 +107,7 @@ fn heard(sensor: SensorId, kind: SensorKind, told: CausedPlot) -> (Plot, Cause) 
     };
     let cause = Cause {
         key: told.key,
-        truth_m: told.truth_m.map(Vector2::from),
+        truth_m: told.truth_m,
         effects: told.effects.into_iter().map(effect).collect(),
     };
     (plot, cause)
@@ -154,6 +154,7 @@ impl Remote {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use models::frames::Point2;
     use proptest::prelude::*;
 
     fn bits(plot: &Plot) -> String {
@@ -208,7 +209,7 @@ mod tests {
                 kind: SensorKind::Asde,
                 time: SimTime(-7),
                 sequence: 0,
-                position_m: Vector2::new(numbers[7], numbers[8]),
+                position_m: Point2::new(numbers[7], numbers[8]),
                 axis: Vector2::new(numbers[2], numbers[1]),
                 along_m2: numbers[3],
                 across_m2: numbers[4],
@@ -219,7 +220,7 @@ mod tests {
             };
             let cause = Cause {
                 key: some[0].then_some(u64::MAX - 1),
-                truth_m: some[1].then(|| Vector2::new(1.5, numbers[0])),
+                truth_m: some[1].then(|| Point2::new(1.5, numbers[0])),
                 effects: vec![Contribution { effect: "rain", value: 2.5, unit: "dB" }],
             };
             let mut sink = PlotSink { looks, ..PlotSink::default() };

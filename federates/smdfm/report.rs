@@ -4,6 +4,7 @@ use super::evaluation::Evaluation;
 use super::received_truth::View;
 use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
+use models::frames::Point2;
 use models::fusion::Outcome;
 use models::plot::{Identity, Plot};
 use models::score::run::Rules;
@@ -46,7 +47,7 @@ pub fn track_octets(track: &SystemTrack) -> Vec<u8> {
     octets.extend_from_slice(&[track.status as u8, u8::from(track.first), track.track_type as u8]);
     octets.extend_from_slice(&track.time.0.to_le_bytes());
     octets.extend_from_slice(&track.last_plot.0.to_le_bytes());
-    append(&mut octets, track.position_m.as_slice());
+    append(&mut octets, track.position_m.coords.as_slice());
     append(&mut octets, track.velocity_mps.as_slice());
     append(&mut octets, track.acceleration_ms2.as_slice());
     append(&mut octets, track.position_cov_m2.as_slice());
@@ -54,7 +55,7 @@ pub fn track_octets(track: &SystemTrack) -> Vec<u8> {
     append(&mut octets, &[track.altitude_m.unwrap_or(f64::NAN), track.heading_rad]);
     if let Some(lag) = &track.second_ago {
         octets.extend_from_slice(&lag.time.0.to_le_bytes());
-        append(&mut octets, lag.position_m.as_slice());
+        append(&mut octets, lag.position_m.coords.as_slice());
         append(&mut octets, lag.cov_m2.as_slice());
     }
     if let Some(callsign) = track.callsign() {
@@ -128,7 +129,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
                 sequence: plot.sequence,
                 kind: plot.kind,
                 time_ns: plot.time.0,
-                position_m: [plot.position_m.x, plot.position_m.y],
+                position_m: Point2::new(plot.position_m.x, plot.position_m.y),
                 cov_m2: [cov.m11, cov.m12, cov.m22],
                 ellipse: [plot.axis.x, plot.axis.y, plot.along_m2, plot.across_m2],
                 altitude_m: plot.altitude_m,
@@ -139,7 +140,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
                 scnr_db: plot.scnr_db,
                 identity: identity(plot),
                 cause: entity.map_or_else(String::new, |i| view.callsign(i).as_str().to_owned()),
-                truth_m: cause.truth_m.map(|p| [p.x, p.y]),
+                truth_m: cause.truth_m,
                 track,
                 effects: cause
                     .effects
@@ -190,7 +191,7 @@ fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Op
         type_designator: class.designator.clone(),
         aircraft: class.aircraft,
         size_m: [class.length_m, class.span_m],
-        position_m: state.position_m.into(),
+        position_m: state.position_m,
         velocity_mps: state.velocity_mps.into(),
         heading_rad: state.heading_rad,
         ours: view.is_ours(index),
@@ -210,7 +211,7 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
         status: track.status,
         first: track.first,
         time_ns: track.time.0,
-        position_m: track.position_m.into(),
+        position_m: track.position_m,
         velocity_mps: track.velocity_mps.into(),
         cov_m2: [cov.m11, cov.m12, cov.m22],
         acceleration_ms2: track.acceleration_ms2.into(),
@@ -229,7 +230,7 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
         label_p: track.label_p,
         lag: track.second_ago.map(|lag| LagMessage {
             time_ns: lag.time.0,
-            position_m: lag.position_m.into(),
+            position_m: lag.position_m,
             cov_m2: [lag.cov_m2.m11, lag.cov_m2.m12, lag.cov_m2.m22],
             coasted: lag.coasted,
             error_m: lag_error_m,

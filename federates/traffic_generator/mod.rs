@@ -23,6 +23,7 @@ use crate::runtime::messages::{
     SeatMessage, StandNotice, WantNotice,
 };
 use models::control::clearance::ClearanceKind;
+use models::frames::Point2;
 use models::time::SimTime;
 use models::traffic::core::{self, Core, Order};
 use pdu::exercise::Transponder;
@@ -218,7 +219,7 @@ impl TrafficGenerator {
             if scenarios::in_share(behaving.first_entity + flight, self.share, self.of) {
                 let at_m = core.stand_m(stand);
                 let callsign = planned.callsign.clone();
-                changed.push(StandNotice { callsign, stand_m: [at_m.x, at_m.y] });
+                changed.push(StandNotice { callsign, stand_m: Point2::new(at_m.x, at_m.y) });
             }
         }
         if !changed.is_empty() {
@@ -343,7 +344,7 @@ impl TrafficGenerator {
         let notice = |index: usize| {
             let c = &all[index];
             let kind = ClearanceKind::of(c.kind)?;
-            let way = core.cleared_way_m(c.flight).iter().map(|p| [p.x, p.y]);
+            let way = core.cleared_way_m(c.flight);
             Some(ClearanceNotice {
                 callsign: core.flights()[c.flight].callsign.clone(),
                 kind,
@@ -351,7 +352,7 @@ impl TrafficGenerator {
                 from_ns: ns(c.from_s),
                 until_ns: None,
                 place_m: c.place_m,
-                way_m: if kind == ClearanceKind::Taxi { way.collect() } else { Vec::new() },
+                way_m: if kind == ClearanceKind::Taxi { way.to_vec() } else { Vec::new() },
             })
         };
         let mut notices = Vec::new();

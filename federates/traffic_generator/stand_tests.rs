@@ -3,6 +3,7 @@
 use super::TrafficGenerator;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::messages::{Notice, RunConfig};
+use models::frames::Point2;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -25,16 +26,13 @@ fn control_is_told_who_gets_another_stand_than_planned() {
         generator.configure(&config, &mut out).expect("it goes");
     }
     let mut core = behaving.told_core(&scene.run, 1).expect("with truth");
-    let at_m = |core: &models::traffic::core::Core, flight: usize| {
-        let at = core.stand_m(core.stand(flight));
-        [at.x, at.y]
-    };
+    let at_m = |core: &models::traffic::core::Core, flight: usize| core.stand_m(core.stand(flight));
     let listed = |callsign: &str| {
         let entry = |e: &&models::flight_list::FlightEntry| e.callsign.as_str() == callsign;
         let entry = scene.flight_list.entries.iter().find(entry);
-        entry.and_then(|e| e.stand_m).map(|at| [at.x, at.y])
+        entry.and_then(|e| e.stand_m)
     };
-    let mut known: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    let mut known: BTreeMap<String, Point2<f64>> = BTreeMap::new();
     let mut told = 0;
     for frame in 1..=72_000 {
         core.step(frame as i64);

@@ -5,7 +5,7 @@
 
 use super::picture::{AirportMap, RunInfo};
 use models::airport::{Airport, Hold};
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::time::SimTime;
 use models::traffic::network::Network;
 use scenarios::Scene;
@@ -198,7 +198,7 @@ impl Author {
 }
 
 /// Whether a place is on the pavement of a runway.
-fn on_runway(layout: &Airport, place_m: Vector2<f64>) -> bool {
+fn on_runway(layout: &Airport, place_m: Point2<f64>) -> bool {
     layout.runways.iter().any(|runway| {
         let [a, b] = runway.ends_m;
         let along = (b - a).normalize();
@@ -209,9 +209,9 @@ fn on_runway(layout: &Airport, place_m: Vector2<f64>) -> bool {
 }
 
 /// The designator of the runway end that is nearest: who takes off from there begins there.
-fn nearest_end(layout: &Airport, place_m: Vector2<f64>) -> Option<String> {
+fn nearest_end(layout: &Airport, place_m: Point2<f64>) -> Option<String> {
     let ends = layout.runways.iter().flat_map(|r| r.names.iter().zip(r.thresholds_m));
-    let far = |end_m: &Vector2<f64>| (end_m - place_m).norm();
+    let far = |end_m: &Point2<f64>| (end_m - place_m).norm();
     ends.min_by(|a, b| far(&a.1).total_cmp(&far(&b.1))).map(|(name, _)| name.clone())
 }
 

@@ -176,14 +176,13 @@ impl Beside {
                 let mut sums = Sums { at: to, ..Sums::default() };
                 for (plot, outcome) in report.plots.iter().zip(outcomes).filter(|(p, _)| counts(p))
                 {
-                    let (Some([x, y]), Outcome::Used { number: Some(_), position_m, .. }) =
+                    let (Some(truth), Outcome::Used { number: Some(_), position_m, .. }) =
                         (plot.truth_m, outcome)
                     else {
                         continue;
                     };
-                    let truth = Vector2::new(x, y);
                     sums.track2 += (position_m - truth).norm_squared();
-                    sums.plot2 += (Vector2::from(plot.position_m) - truth).norm_squared();
+                    sums.plot2 += (plot.position_m - truth).norm_squared();
                     sums.plots += 1;
                 }
                 score.take(sums);
@@ -294,7 +293,7 @@ pub fn plot_of(message: &PlotMessage) -> Option<Plot> {
         kind: message.kind,
         time: SimTime(message.time_ns),
         sequence: message.sequence,
-        position_m: message.position_m.into(),
+        position_m: message.position_m,
         axis: Vector2::new(east, north),
         along_m2,
         across_m2,

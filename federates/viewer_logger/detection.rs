@@ -7,7 +7,7 @@ use super::archive::Archive;
 use super::kept_scene;
 use super::video::{NoTurn, Turns};
 use models::environment::Weather;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector2};
 use models::sensors::TargetClass;
 use models::sensors::asde::Asde;
 use models::sensors::asde::survey::Aspect;
@@ -53,8 +53,8 @@ struct Radars {
     aspect: Aspect,
     /// From when, s.
     weather: Vec<(f64, Weather)>,
-    low_m: Vector2<f64>,
-    high_m: Vector2<f64>,
+    low_m: Point2<f64>,
+    high_m: Point2<f64>,
 }
 
 /// What was made already: pictures by radar (none: all together) and weather.
@@ -158,9 +158,11 @@ impl Radars {
         let places = layout.runways.iter().flat_map(|r| r.ends_m);
         let places = places.chain(layout.nodes.iter().map(|n| n.position_m));
         let places = places.chain(layout.stands.iter().map(|s| s.position_m));
-        let (mut low_m, mut high_m) =
-            (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
-        for place in places.filter(|p| p.norm() <= scene.airport.radius_m) {
+        let (mut low_m, mut high_m) = (
+            Point2::new(f64::INFINITY, f64::INFINITY),
+            Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+        );
+        for place in places.filter(|p| p.coords.norm() <= scene.airport.radius_m) {
             (low_m, high_m) = (low_m.inf(&place), high_m.sup(&place));
         }
         if !(low_m.x <= high_m.x) {
@@ -187,7 +189,7 @@ impl Radars {
             let air = radar.air(weather);
             for (cell, unseen) in unseen.iter_mut().enumerate() {
                 let (column, row) = (cell as u32 % size[0], cell as u32 / size[0]);
-                let place_m = Vector3::new(
+                let place_m = Point3::new(
                     corner_m[0] + (f64::from(column) + 0.5) * step_m,
                     corner_m[1] - (f64::from(row) + 0.5) * step_m,
                     0.0,
@@ -263,7 +265,7 @@ mod tests {
             let (column, row) = ((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5);
             let x = picture.corner_m[0] + column * picture.step_m;
             let y = picture.corner_m[1] - row * picture.step_m;
-            let place_m = Vector3::new(x, y, 0.0);
+            let place_m = Point3::new(x, y, 0.0);
             let survey = asde.survey(&air, &class, &aspect, place_m);
             let shown = at(&picture, [x, y]);
             assert_eq!(shown, colour(survey.map(|s| 1.0 - s.pd)), "{place_m}");

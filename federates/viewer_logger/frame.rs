@@ -252,7 +252,7 @@ fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
     text(out, if t.callsign.is_empty() { &t.assumed } else { &t.callsign }, 12);
     text(out, &t.type_designator, 8);
     text(out, &t.runway_stand, 24);
-    f64s(out, &t.position_m);
+    f64s(out, t.position_m.coords.as_slice());
     f32s(out, &t.velocity_mps);
     f32s(out, &t.cov_m2);
     f32s(out, &[error_m, 0.0, t.heading_rad, t.altitude_m.unwrap_or(f64::NAN), 0.0]);
@@ -268,7 +268,7 @@ fn track_more(out: &mut Vec<u8>, t: &TrackMessage, age_s: f64, kinds: u8) {
     out.extend([0, 0, 0, kinds, 0, bits, share(t.label_p), share(None)]);
     match &t.lag {
         Some(lag) => {
-            f32s(out, &lag.position_m);
+            f32s(out, lag.position_m.coords.as_slice());
             f32s(out, &lag.cov_m2);
         }
         None => f32s(out, &[f64::NAN; 5]),
@@ -281,7 +281,7 @@ fn truth(out: &mut Vec<u8>, t: &TruthMessage) {
     text(out, &t.callsign, 12);
     text(out, &t.type_designator, 8);
     out.extend((u32::from(t.aircraft) | u32::from(t.ours) << 1).to_le_bytes());
-    f64s(out, &t.position_m[..2]);
+    f64s(out, &t.position_m.coords.as_slice()[..2]);
     f32s(out, &t.velocity_mps[..2]);
     f32s(out, &[t.heading_rad, t.size_m[0], t.size_m[1], t.position_m[2]]);
     out.extend(t.track.map_or(-1, |(number, _)| i32::from(number)).to_le_bytes());
@@ -294,7 +294,7 @@ fn plot(out: &mut Vec<u8>, p: &PlotMessage, truth_index: i32, age_s: f64) {
     out.push(kind.and_then(|place| u8::try_from(place).ok()).unwrap_or(255));
     out.push(u8::from(!p.identity.is_empty()));
     out.extend(truth_index.to_le_bytes());
-    f64s(out, &p.position_m);
+    f64s(out, p.position_m.coords.as_slice());
     f32s(out, &p.cov_m2);
     f32s(out, &[p.scnr_db.unwrap_or(f64::NAN), age_s, plot_error_m(p).unwrap_or(f64::NAN)]);
     out.extend(p.track.map_or(-1, i32::from).to_le_bytes());

@@ -83,7 +83,7 @@ impl History {
             KeptTrack {
                 number: t.number,
                 entity: truth.map(|pair| frame::entity_key(scan.truth[pair.0].id)),
-                position_m: t.position_m.map(|x| x as f32),
+                position_m: t.position_m.map(|x| x as f32).into(),
                 error_m: truth.map(|pair| pair.1 as f32),
                 claimed_m: (t.cov_m2[0] + t.cov_m2[2]).sqrt() as f32,
             }

@@ -1,7 +1,7 @@
 //! Runway holding positions as lines across their taxiways, for the map.
 
 use models::airport::Airport;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::traffic::network::Network;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +38,7 @@ pub fn of(airport: &Airport) -> Vec<HoldLine> {
         let width_m = edge.origin.and_then(|e| airport.edges.get(e)).map(|e| e.width_m);
         let half_m = width_m.map_or(HALF_WIDTH_M, |w| 0.5 * w).clamp(4.0, 30.0);
         let right = Vector2::new(along.y, -along.x).normalize() * half_m;
-        let near = |p: Vector2<f64>| (p - node.at_m).norm() < 1.0;
+        let near = |p: Point2<f64>| (p - node.at_m).norm() < 1.0;
         let cat3 = airport
             .details
             .cat3_holds
@@ -53,6 +53,7 @@ pub fn of(airport: &Airport) -> Vec<HoldLine> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use models::frames::center;
 
     #[test]
     fn every_line_lies_across_a_way_and_beside_its_runway() {
@@ -62,8 +63,8 @@ mod tests {
             let lines = of(airport);
             assert!(lines.len() >= 2 * airport.runways.len(), "{name}: {} lines", lines.len());
             for line in &lines {
-                let [a, b] = line.ends_m.map(|[x, y]| Vector2::new(x, y));
-                let (middle, length_m) = ((a + b) * 0.5, (b - a).norm());
+                let [a, b] = line.ends_m.map(|[x, y]| Point2::new(x, y));
+                let (middle, length_m) = (center(&a, &b), (b - a).norm());
                 assert!((8.0..=60.0).contains(&length_m), "{name}: {length_m} m");
                 let runway = airport.runways.iter().find(|r| r.names.join("/") == line.runway);
                 let runway = runway.expect("of a runway that is there");

@@ -460,6 +460,7 @@ mod tests {
     use crate::viewer_logger::log::tests::Folder;
     use crate::viewer_logger::tests::{scan, weather};
     use models::control::alert::{AlertKind, Change, Stage};
+    use models::frames::Point2;
 
     fn scene() -> Arc<Scene> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
@@ -558,7 +559,7 @@ mod tests {
             subjects: format!("A{number}"),
             since_ns: 0,
             asterix: 9,
-            place_m: [0.0; 2],
+            place_m: Point2::origin(),
         };
         let of = |range: std::ops::RangeInclusive<u64>| Heard::Alerts(range.map(alert).collect());
         keeper.hear(of(1..=1), 1);

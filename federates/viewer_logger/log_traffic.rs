@@ -12,7 +12,7 @@ use models::control::alert::{Alert, AlertKind, Change, Stage};
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::control::scoring;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::time::SimTime;
 use models::traffic::core::{Ask, Core, Direction, Notice, Order};
 use models::traffic::exact::{Watch, targets};
@@ -93,7 +93,7 @@ impl Reference {
         let exact = targets(core, now);
         let names =
             exact.iter().filter_map(|t| Some((t.callsign.as_ref()?.as_str(), t.position_m)));
-        let mut places: Vec<(&str, Vector2<f64>)> = Vec::new();
+        let mut places: Vec<(&str, Point2<f64>)> = Vec::new();
         for alert in watch.net().standing() {
             if places.is_empty() {
                 places.extend(names.clone());
@@ -303,7 +303,7 @@ impl Log {
                     kind: a.kind,
                     stage: a.stage,
                     subjects: &a.subjects,
-                    place_m: a.place_m,
+                    place_m: a.place_m.into(),
                 };
                 write_alert(t, "alerts", a.change == Change::Ended, &row)?;
             }

@@ -4,7 +4,7 @@
 //! JSON carry their unit in the name.
 
 use super::hold_lines::HoldLine;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::plot::SensorKind;
 use scenarios::Scene;
 use serde::{Deserialize, Serialize};
@@ -227,7 +227,7 @@ impl AirportMap {
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let layout = &scene.airport.layout;
-        let area = |ring: &Vec<Vector2<f64>>| NamedArea {
+        let area = |ring: &Vec<Point2<f64>>| NamedArea {
             name: String::new(),
             rings: vec![ring.iter().map(|p| metres(*p)).collect()],
         };
@@ -295,7 +295,7 @@ impl AirportMap {
 }
 
 /// Centimetres are enough to draw, and keep the message short.
-fn metres(p: Vector2<f64>) -> [f64; 2] {
+fn metres(p: Point2<f64>) -> [f64; 2] {
     [p.x, p.y].map(|x| (x * 100.0).round() / 100.0)
 }
 

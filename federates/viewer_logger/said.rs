@@ -177,7 +177,7 @@ impl Said {
                 subjects: a.subjects.clone(),
                 stages: vec![(a.time_ns, a.stage)],
                 end_ns: None,
-                place_m: a.place_m,
+                place_m: a.place_m.into(),
                 acknowledged: None,
             },
         );
@@ -298,6 +298,7 @@ const ACKNOWLEDGE: &str = "acknowledge";
 #[cfg(test)]
 mod tests {
     use super::*;
+    use models::frames::Point2;
 
     fn told(id: u32, change: Change, stage: Stage, s: i64) -> AlertMessage {
         AlertMessage {
@@ -310,7 +311,7 @@ mod tests {
             subjects: "CAR1 SWR1".into(),
             since_ns: 0,
             asterix: 9,
-            place_m: [1.0, 2.0],
+            place_m: Point2::new(1.0, 2.0),
             number: 0,
         }
     }

@@ -3,6 +3,7 @@ use super::*;
 use crate::runtime::messages::{Command, LagMessage, PlotMessage, TrackMessage, TruthMessage};
 use models::flight_list::FlightList;
 use models::flight_list::{MovementKind, WakeCategory};
+use models::frames::{Point2, Point3};
 use models::fusion::TrackingConfig;
 use models::plot::SensorKind;
 use models::track::{TrackStatus, TrackType};
@@ -17,7 +18,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         type_designator: "A320".to_owned(),
         aircraft: true,
         size_m: [37.6, 34.1],
-        position_m: [x_m, 50.0, 0.0],
+        position_m: Point3::new(x_m, 50.0, 0.0),
         velocity_mps: [10.0, 0.0, 0.0],
         heading_rad: 1.5,
         ours: true,
@@ -27,7 +28,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         sensor: 1,
         kind: SensorKind::Asde,
         time_ns: time_ns - 250_000_000,
-        position_m: [x_m, 50.0],
+        position_m: Point2::new(x_m, 50.0),
         cov_m2: [4.0, 0.0, 9.0],
         ellipse: [0.0, 1.0, 9.0, 4.0],
         altitude_m: None,
@@ -36,7 +37,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         scnr_db: Some(12.0),
         identity: String::new(),
         cause: "SWR1".to_owned(),
-        truth_m: Some([x_m, 53.0]),
+        truth_m: Some(Point2::new(x_m, 53.0)),
         sequence: 0,
         track: Some(4),
         effects: vec![("rain attenuation".to_owned(), -3.1, "dB".to_owned())],
@@ -47,7 +48,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         status: TrackStatus::Confirmed,
         first: false,
         time_ns,
-        position_m: [x_m, 50.0],
+        position_m: Point2::new(x_m, 50.0),
         velocity_mps: [10.0, 0.0],
         cov_m2: [4.0, 0.0, 5.0],
         acceleration_ms2: [0.0; 2],
@@ -66,7 +67,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         label_p: None,
         lag: Some(LagMessage {
             time_ns: time_ns - 1_000_000_000,
-            position_m: [7.0, 8.0],
+            position_m: Point2::new(7.0, 8.0),
             cov_m2: [1.0, 0.1, 2.0],
             coasted: false,
             error_m: Some(1.5),
@@ -349,7 +350,7 @@ fn what_the_page_cannot_mean_is_refused_with_a_reason() {
 fn figures_that_are_none_do_not_stop_the_page() {
     let mut viewer = Viewer::new(1 << 20);
     let mut bad = scan(1);
-    bad.truth[0].position_m = [f64::NAN; 3];
+    bad.truth[0].position_m = [f64::NAN; 3].into();
     bad.truth[0].track = Some((4, f64::NAN));
     bad.tracks[0].position_m[1] = f64::INFINITY;
     bad.tracks[0].cov_m2 = [f64::NAN; 3];

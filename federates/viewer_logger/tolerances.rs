@@ -14,7 +14,7 @@ use crossbeam_channel::{Sender, bounded};
 use models::effects::{PlanRow, Tolerance, changes};
 use models::environment::Weather;
 use models::flight_list::FlightList;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::fusion::{Outcome, Tracker};
 use models::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
@@ -239,7 +239,7 @@ impl Chains {
 }
 
 /// Plots of targets in the order of time: of which sensor and target, when, and where.
-type ByTarget = BTreeMap<(u16, u64), Vec<(SimTime, Vector2<f64>)>>;
+type ByTarget = BTreeMap<(u16, u64), Vec<(SimTime, Point2<f64>)>>;
 
 fn by_target(sink: &PlotSink) -> ByTarget {
     let mut found = ByTarget::new();

@@ -7,7 +7,7 @@
 use super::frame;
 use crate::runtime::clock::monotonic_ns;
 use models::environment::Weather;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector3};
 use models::plot::Callsign;
 use models::sensors::asde::picture::VideoScene;
 use models::sensors::asde::{Asde, AsdeParameters};
@@ -66,7 +66,7 @@ pub struct Asked {
 struct Ready {
     sensor: u16,
     radar: Asde,
-    site_m: Vector2<f64>,
+    site_m: Point2<f64>,
     ground: Arc<Pavement>,
 }
 
@@ -161,8 +161,8 @@ impl Ready {
         if cells > MOST_CELLS {
             return Err(format!("{cells} cells a turn: at most {MOST_CELLS} are shown"));
         }
-        let site_m = row.site_m.map_or_else(Vector2::zeros, |site| site.xy());
-        let reach_m = (radar.parameters().range_max_m + site_m.norm()).min(12_000.0);
+        let site_m = row.site_m.map_or_else(Point2::origin, |site| site.xy());
+        let reach_m = (radar.parameters().range_max_m + site_m.coords.norm()).min(12_000.0);
         let ground = Arc::new(Pavement::of(&scene.airport.layout, reach_m));
         Ok(Self { sensor, radar: radar.at_levels(RadarLevels::EXACT), site_m, ground })
     }
@@ -206,9 +206,8 @@ impl Truth for Seen<'_> {
         let e = &self.targets[index].0;
         let since_s = time.since_s(self.at);
         let velocity_mps = Vector3::new(e.velocity_mps[0], e.velocity_mps[1], 0.0);
-        let position_m = Vector3::new(e.position_m[0], e.position_m[1], e.position_m[2]);
         Some(TargetState {
-            position_m: position_m + velocity_mps * since_s,
+            position_m: Point3::from(e.position_m) + velocity_mps * since_s,
             velocity_mps,
             heading_rad: e.heading_rad,
         })
@@ -221,7 +220,7 @@ impl Truth for Seen<'_> {
 /// first, range fastest, each beam from a whole octet: the level of its strongest part, so that nothing is lost where
 /// several cells of the radar share one. Beams count clockwise from north.
 fn encode(
-    (sensor, p, site_m): (u16, &AsdeParameters, Vector2<f64>),
+    (sensor, p, site_m): (u16, &AsdeParameters, Point2<f64>),
     video: &Video,
     (scan, time): (u64, SimTime),
 ) -> Vec<u8> {
@@ -281,7 +280,7 @@ mod tests {
             type_designator: "A320".to_owned(),
             aircraft: true,
             size_m: [37.6, 34.1],
-            position_m: [place_m[0], place_m[1], 0.0],
+            position_m: Point3::new(place_m[0], place_m[1], 0.0),
             velocity_mps: [0.0; 3],
             heading_rad: 0.3,
             ours: true,

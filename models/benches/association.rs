@@ -14,7 +14,7 @@ use models::draw::{DrawKey, Purpose, normal_pair, uniform};
 use models::filter::lanes::Pair;
 use models::filter::{FilterConfig, Gaussian, Rung, Sym2};
 use models::flight_list::FlightList;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::fusion::config::{AssociationMethod, SensorModel};
 use models::fusion::{Tracker, TrackingConfig};
 use models::plot::{Plot, SensorId, SensorKind};
@@ -39,9 +39,9 @@ impl Crossings {
     }
 
     /// Position (m) and velocity (m/s) of target `n` at `t` seconds.
-    fn truth(&self, n: usize, t: f64) -> (Vector2<f64>, Vector2<f64>) {
+    fn truth(&self, n: usize, t: f64) -> (Point2<f64>, Vector2<f64>) {
         let (pair, columns) = (n / 2, self.columns());
-        let centre = Vector2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
+        let centre = Point2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
         let velocity =
             if n.is_multiple_of(2) { Vector2::new(11.0, 0.0) } else { Vector2::new(0.0, 11.0) };
         (centre + velocity * (t - 6.0), velocity)
@@ -64,7 +64,7 @@ impl Crossings {
                     }
                     self.truth(n, t).0 + Vector2::new(SIGMA_M * a, SIGMA_M * b)
                 } else {
-                    Vector2::new(side * v, side * w)
+                    Point2::new(side * v, side * w)
                 };
                 plots.push(Plot {
                     sensor: SensorId(radar),
@@ -182,7 +182,7 @@ fn scans(c: &mut Criterion) {
 }
 
 /// Plots of scan `k` of targets at `truth(n, t)` with errors of `sigma_m` per axis, seen by one radar.
-fn seen(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Vector2<f64>) -> Vec<Plot> {
+fn seen(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Point2<f64>) -> Vec<Plot> {
     let mut rng = DrawKey { run_seed: 7, sensor: 1, entity: 0, scan: k.into() }.rng(Purpose::Study);
     let plot = |i: usize| {
         let t = f64::from(k) - 1.0 + (i + 1) as f64 / (n + 1) as f64;
@@ -207,11 +207,11 @@ fn seen(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Vector2<f6
 
 /// Scans of any density: the mean of the scans from the third on, births and confirmations among them.
 fn crowds(c: &mut Criterion) {
-    let point = |_: usize, _: f64| Vector2::new(10.0, 20.0);
-    let grid = |i: usize, _: f64| Vector2::new((i % 32) as f64, (i / 32) as f64) * 12.0;
+    let point = |_: usize, _: f64| Point2::new(10.0, 20.0);
+    let grid = |i: usize, _: f64| Point2::new((i % 32) as f64, (i / 32) as f64) * 12.0;
     let airport = |i: usize, t: f64| {
         let angle = i as f64 * 2.4;
-        Vector2::new((i % 100) as f64, (i / 100) as f64) * 200.0
+        Point2::new((i % 100) as f64, (i / 100) as f64) * 200.0
             + Vector2::new(libm::cos(angle), libm::sin(angle)) * 10.0 * t
     };
     let mut group = c.benchmark_group("a scan of any density");

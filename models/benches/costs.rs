@@ -8,7 +8,7 @@ mod sample_shapes;
 use models::effects::Level;
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule};
 use models::sensors::radar::costs::{COSTS_NS, MEASURED, of};
@@ -31,7 +31,7 @@ const SCANS: u64 = 60;
 
 struct Field {
     classes: [TargetClass; 2],
-    places: Vec<Vector3<f64>>,
+    places: Vec<Point3<f64>>,
 }
 
 fn class(aircraft: bool) -> TargetClass {
@@ -47,7 +47,7 @@ impl Field {
             let share = (f64::from(i) + 0.5) / f64::from(TARGETS);
             let r = (300.0f64.powi(2) + share * (3000.0f64.powi(2) - 300.0f64.powi(2))).sqrt();
             let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
-            Vector3::new(r * sin, r * cos, 0.0)
+            Point3::new(r * sin, r * cos, 0.0)
         };
         Self { classes: [class(true), class(false)], places: (0..TARGETS).map(place).collect() }
     }
@@ -90,9 +90,9 @@ fn buildings() -> Arc<[Building]> {
     let corner = |i: u32| {
         let (sin, cos) = libm::sincos(f64::from(i) * 2.1);
         let r = 500.0 + 200.0 * f64::from(i);
-        Vector2::new(r * sin, r * cos)
+        Point2::new(r * sin, r * cos)
     };
-    let box_at = |c: Vector2<f64>| Building {
+    let box_at = |c: Point2<f64>| Building {
         name: "shed".into(),
         footprint_m: [(0.0, 0.0), (80.0, 0.0), (80.0, 30.0), (0.0, 30.0)]
             .map(|(x, y)| c + Vector2::new(x, y))
@@ -105,7 +105,7 @@ fn buildings() -> Arc<[Building]> {
 
 fn weather() -> Weather {
     let cell = |i: u32| RainCell {
-        centre_m: Vector2::new(f64::from(i) * 1500.0 - 1500.0, 700.0),
+        centre_m: Point2::new(f64::from(i) * 1500.0 - 1500.0, 700.0),
         radius_m: 500.0,
         rain_mm_per_h: 8.0,
     };
@@ -130,7 +130,7 @@ struct Run {
 
 impl Run {
     fn new(levels: RadarLevels, detection: DetectionRule) -> Self {
-        let radar = Asde::new(SensorId(1), Vector2::zeros(), parameters(detection));
+        let radar = Asde::new(SensorId(1), Point2::origin(), parameters(detection));
         let radar = radar.expect("sound parameters").among(buildings()).at_levels(levels);
         Self { radar, least_ns: f64::INFINITY }
     }

@@ -6,7 +6,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use models::filter::{Estimator, FilterConfig, Rung, StateEstimator};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::{Plot, SensorId, SensorKind};
 use models::time::SimTime;
 use std::hint::black_box;
@@ -26,7 +26,7 @@ fn plots(n: usize) -> Vec<Plot> {
                 kind: SensorKind::Asde,
                 time: SimTime(k as i64 * 1_000_000_000),
                 sequence: 0,
-                position_m: Vector2::new(80.0 * t - 0.6 * t * t + noise(), 3.0 * t + noise()),
+                position_m: Point2::new(80.0 * t - 0.6 * t * t + noise(), 3.0 * t + noise()),
                 axis: Vector2::new(0.6, 0.8),
                 along_m2: 2.4,
                 across_m2: 3.6,
@@ -186,7 +186,8 @@ fn adskalman_six_states(c: &mut Criterion) {
             || adskalman::StateAndCovariance::new(x, p),
             |state| {
                 for plot in &plots[1..] {
-                    *state = filter.step(state, &plot.position_m).expect("a regular innovation");
+                    *state =
+                        filter.step(state, &plot.position_m.coords).expect("a regular innovation");
                 }
                 black_box(&state);
             },

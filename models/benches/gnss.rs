@@ -9,7 +9,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use geodesy::Geodetic;
 use models::draw::DrawKey;
 use models::environment::Weather;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::adsb::{Adsb, AdsbConfig};
 use models::sensors::dgps::{Dgps, DgpsConfig};
@@ -60,7 +60,7 @@ impl Truth for Field {
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         Some(TargetState {
-            position_m: Vector3::new(10.0 * time.s(), index as f64, 0.0),
+            position_m: Point3::new(10.0 * time.s(), index as f64, 0.0),
             velocity_mps: Vector3::new(10.0, 0.0, 0.0),
             heading_rad: 1.57,
         })
@@ -79,7 +79,7 @@ fn sensors(c: &mut Criterion) {
     };
     let gps = |model| Gps::new(GpsConfig::of(id, model)).expect("sound");
     let stations = [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
-        .map(|(x, y)| Vector2::new(x, y));
+        .map(|(x, y)| Point2::new(x, y));
     let figures = OfflineFit {
         correlated_share: 0.8,
         tau_s: 100.0,
@@ -94,7 +94,7 @@ fn sensors(c: &mut Criterion) {
         ("gps per satellite", Box::new(gps(GpsModel::PerSatellite(ranging)))),
         (
             "dgps budget",
-            Box::new(Dgps::new(DgpsConfig::on_airport(id, Vector2::zeros())).expect("sound")),
+            Box::new(Dgps::new(DgpsConfig::on_airport(id, Point2::origin())).expect("sound")),
         ),
         ("adsb (2 reports)", Box::new(Adsb::new(AdsbConfig::surface(id, 47.45)).expect("sound"))),
         (

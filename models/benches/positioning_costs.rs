@@ -9,7 +9,7 @@ mod sample_shapes;
 use models::effects::Level;
 use models::effects::positioning::{MEASURED, PositioningEffect, PositioningLevels};
 use models::environment::Weather;
-use models::frames::Vector3;
+use models::frames::{Point3, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::config::ConfigError;
 use models::sensors::declared::Modelled;
@@ -52,7 +52,7 @@ impl Truth for Field {
         let (lane, place) = ((index / 20) as f64, (index % 20) as f64);
         let along_m = (SPEED_MPS * time.s() + 60.0 * place) % 1200.0;
         Some(TargetState {
-            position_m: Vector3::new(along_m - 600.0, lane * 4.0, 0.0),
+            position_m: Point3::new(along_m - 600.0, lane * 4.0, 0.0),
             velocity_mps: Vector3::new(SPEED_MPS, 0.0, 0.0),
             heading_rad: std::f64::consts::FRAC_PI_2,
         })

@@ -13,7 +13,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use models::effects::Level;
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::picture::{EvenGround, VideoScene};
 use models::sensors::asde::{Asde, AsdeParameters};
@@ -38,7 +38,7 @@ enum Kind {
 
 struct Field {
     class: TargetClass,
-    places: Vec<Vector3<f64>>,
+    places: Vec<Point3<f64>>,
 }
 
 impl Field {
@@ -65,7 +65,7 @@ impl Field {
             let share = (f64::from(i) + 0.5) / f64::from(count);
             let r = (300.0f64.powi(2) + share * (3000.0f64.powi(2) - 300.0f64.powi(2))).sqrt();
             let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
-            Vector3::new(r * sin, r * cos, 0.0)
+            Point3::new(r * sin, r * cos, 0.0)
         };
         Self { class, places: (0..count).map(place).collect() }
     }
@@ -97,7 +97,7 @@ impl Truth for Field {
 /// Traffic of many types that goes to and fro, a quarter of it standing and a tenth in the air, to 4.5 km.
 struct Crowd {
     classes: Vec<TargetClass>,
-    places: Vec<(Vector3<f64>, Vector3<f64>)>,
+    places: Vec<(Point3<f64>, Vector3<f64>)>,
 }
 
 impl Crowd {
@@ -122,7 +122,7 @@ impl Crowd {
             let up_m = if i % 10 == 9 { 10.0 + 290.0 * f64::from(i % 97) / 97.0 } else { 0.0 };
             let (east, north) = libm::sincos(f64::from(i) * 1.7);
             let speed = [0.0, 3.0, 8.0, 15.0][(i % 4) as usize];
-            (Vector3::new(r * sin, r * cos, up_m), Vector3::new(east, north, 0.0) * speed)
+            (Point3::new(r * sin, r * cos, up_m), Vector3::new(east, north, 0.0) * speed)
         };
         Self { classes: (0..types).map(class).collect(), places: (0..count).map(place).collect() }
     }
@@ -163,7 +163,7 @@ fn parameters() -> AsdeParameters {
 }
 
 fn radar(id: u16) -> Asde {
-    Asde::new(SensorId(id), Vector2::zeros(), parameters()).expect("sound parameters")
+    Asde::new(SensorId(id), Point2::origin(), parameters()).expect("sound parameters")
 }
 
 fn interval(scan: u64) -> ScanInterval {
@@ -185,8 +185,8 @@ fn budgets(c: &mut Criterion<CpuTime>) {
             b.iter(|| {
                 ground_m = if ground_m > 3000.0 { 500.0 } else { ground_m + 1.7 };
                 let echo = Echo { ground_m, height_m: 1.5, extent_m: 3.0, rcs_m2: 10.0 };
-                let to = Vector2::new(0.0, ground_m);
-                radar.budget(&air, &levels, black_box(&echo), Vector2::zeros(), to)
+                let to = Point2::new(0.0, ground_m);
+                radar.budget(&air, &levels, black_box(&echo), Point2::origin(), to)
             });
         });
     }
@@ -266,7 +266,7 @@ fn plans(c: &mut Criterion<CpuTime>) {
 fn crowds(c: &mut Criterion<CpuTime>) {
     let truth = Crowd::new(1000, 30);
     let wall = |east: f64, north: f64| {
-        let corner = |x: f64, y: f64| Vector2::new(east + x, north + y);
+        let corner = |x: f64, y: f64| Point2::new(east + x, north + y);
         Building {
             name: "wall".into(),
             footprint_m: vec![
@@ -284,7 +284,7 @@ fn crowds(c: &mut Criterion<CpuTime>) {
     for (name, buildings) in [("open", Arc::new([]) as Arc<[Building]>), ("built", built)] {
         let site = |i: u16| {
             let (sin, cos) = libm::sincos(f64::from(i % 5) * 1.256);
-            Vector2::new(sin, cos) * 300.0
+            Point2::new(sin, cos) * 300.0
         };
         let made = |i: u16| {
             let radar = Asde::new(SensorId(i), site(i), parameters()).expect("sound parameters");
@@ -377,7 +377,7 @@ fn scans(c: &mut Criterion<CpuTime>) {
         }
     }
     let cells = (0..5).map(|i| RainCell {
-        centre_m: Vector2::new(f64::from(i) * 700.0 - 1400.0, 500.0),
+        centre_m: Point2::new(f64::from(i) * 700.0 - 1400.0, 500.0),
         radius_m: 600.0,
         rain_mm_per_h: 20.0,
     });

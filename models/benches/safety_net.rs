@@ -7,7 +7,7 @@ use models::control::layout::{Layout, RunwayAxis, StopBar};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
 
@@ -33,7 +33,7 @@ struct Case {
 
 fn layout(runways: usize) -> Layout {
     let axis = |a: [f64; 2], b: [f64; 2], names: [&str; 2]| {
-        let ends = [Vector2::new(a[0], a[1]), Vector2::new(b[0], b[1])];
+        let ends = [Point2::new(a[0], a[1]), Point2::new(b[0], b[1])];
         RunwayAxis::new(names.map(String::from), ends, 45.0, 90.0)
     };
     let all = [
@@ -76,7 +76,7 @@ fn target(case: &Case, n: u16, second: u32) -> Target {
         class: if n % 10 == 9 { TargetClass::Vehicle } else { TargetClass::Aircraft },
         arriving: n.is_multiple_of(2),
         length_m: 38.0,
-        position_m: Vector2::new(position.0, position.1),
+        position_m: Point2::new(position.0, position.1),
         velocity_mps: Vector2::new(velocity.0, velocity.1),
         altitude_m: None,
         last_plot: SimTime::from_s(if every(case.coasting) { t - 5.0 } else { t }),
@@ -105,11 +105,11 @@ fn board(case: &Case) -> Board {
         let Some(strip) = board.strip(callsign) else { continue };
         if (30..550).contains(&part) {
             let y = way_m(part, block);
-            strip.way_m = (0..100).map(|k| Vector2::new(30.0 * f64::from(k), y)).collect();
+            strip.way_m = (0..100).map(|k| Point2::new(30.0 * f64::from(k), y)).collect();
         }
         // Every stand has one who wants it, and who stands there another one.
         strip.stand_m =
-            case.stands.then(|| Vector2::new(f64::from(part % 70) * 45.0, 1100.0 + 19.0 * block));
+            case.stands.then(|| Point2::new(f64::from(part % 70) * 45.0, 1100.0 + 19.0 * block));
     }
     board
 }

@@ -3,7 +3,7 @@
 //! Plain data, filled by the reader of airport files. Movers drive along it, filters may use it as a
 //! map, and the page draws it. It says nothing of any target.
 
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2};
 
 /// One runway, both directions.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,9 +11,9 @@ pub struct Runway {
     /// Designators of both ends ("10", "28"), in the order of `ends_m`.
     pub names: [String; 2],
     /// Ends of the paved runway, m east and north.
-    pub ends_m: [Vector2<f64>; 2],
+    pub ends_m: [Point2<f64>; 2],
     /// Landing thresholds (displaced from the ends), m east and north.
-    pub thresholds_m: [Vector2<f64>; 2],
+    pub thresholds_m: [Point2<f64>; 2],
     /// Width, m.
     pub width_m: f64,
 }
@@ -28,7 +28,7 @@ impl Runway {
 
     /// Distance of a point from the centreline segment, m.
     #[must_use]
-    pub fn distance_m(&self, point_m: Vector2<f64>) -> f64 {
+    pub fn distance_m(&self, point_m: Point2<f64>) -> f64 {
         distance_to_segment_m(point_m, self.ends_m[0], self.ends_m[1])
     }
 }
@@ -39,7 +39,7 @@ pub struct Node {
     /// Name or number in its file; unique within the airport.
     pub name: String,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Where aircraft or vehicles wait before the next part.
     pub hold: Hold,
 }
@@ -79,7 +79,7 @@ pub struct Stand {
     /// Name, unique within the airport.
     pub name: String,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Heading of a parked aircraft, radians clockwise from north.
     pub heading_rad: f64,
     /// Index of its node in [`Airport::nodes`], where the network reaches it.
@@ -122,11 +122,11 @@ pub struct Details {
     /// Nodes that hold at CAT II/III.
     pub cat3_holds: Vec<usize>,
     /// Service roads for vehicles: begin and end, m, and whether both ways.
-    pub roads: Vec<([Vector2<f64>; 2], bool)>,
+    pub roads: Vec<([Point2<f64>; 2], bool)>,
     /// Runway ends in use for arrivals and departures, where somebody says them.
     pub in_use: [Vec<String>; 2],
     /// Stands and destinations of vehicles: place, m, and its word ("fuel_jets", "crew_car").
-    pub vehicle_places: Vec<(Vector2<f64>, String)>,
+    pub vehicle_places: Vec<(Point2<f64>, String)>,
 }
 
 /// Everything of one airport.
@@ -145,13 +145,13 @@ pub struct Airport {
     /// Stands.
     pub stands: Vec<Stand>,
     /// Outlines of pavement, m east and north, not closed (last point differs from the first).
-    pub pavement: Vec<Vec<Vector2<f64>>>,
+    pub pavement: Vec<Vec<Point2<f64>>>,
     /// Outlines of buildings, where known.
-    pub buildings: Vec<Vec<Vector2<f64>>>,
+    pub buildings: Vec<Vec<Point2<f64>>>,
     /// What some files say beyond that; empty where a file says nothing.
     pub details: Details,
     /// Control tower, m east and north, and height of its viewpoint over ground, m.
-    pub tower: Option<(Vector2<f64>, f64)>,
+    pub tower: Option<(Point2<f64>, f64)>,
 }
 
 impl Airport {
@@ -183,7 +183,7 @@ impl Airport {
 
 /// Whether a point lies inside an outline that is not closed (even-odd rule), both in m.
 #[must_use]
-pub fn inside(outline_m: &[Vector2<f64>], point_m: Vector2<f64>) -> bool {
+pub fn inside(outline_m: &[Point2<f64>], point_m: Point2<f64>) -> bool {
     let next = outline_m.iter().cycle().skip(1);
     let crossed = outline_m.iter().zip(next).filter(|(a, b)| {
         (a.y > point_m.y) != (b.y > point_m.y)
@@ -194,7 +194,7 @@ pub fn inside(outline_m: &[Vector2<f64>], point_m: Vector2<f64>) -> bool {
 
 /// Distance of a point from the segment `a` to `b`, m.
 #[must_use]
-pub fn distance_to_segment_m(point_m: Vector2<f64>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+pub fn distance_to_segment_m(point_m: Point2<f64>, a: Point2<f64>, b: Point2<f64>) -> f64 {
     let along = b - a;
     let length2 = along.norm_squared();
     let share =

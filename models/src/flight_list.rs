@@ -1,6 +1,6 @@
 //! The flight data list: what the operator knows of the expected movements, before any surveillance.
 
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
 use crate::words::words;
@@ -64,7 +64,7 @@ pub struct FlightEntry {
     /// Stand name ("E_19").
     pub stand: String,
     /// Position of the stand, airport frame, m, where known.
-    pub stand_m: Option<Vector2<f64>>,
+    pub stand_m: Option<Point2<f64>>,
     /// Estimated time of arrival at the runway (arrival) or calculated time of departure (departure).
     pub eta_ctd: SimTime,
     /// Off-block time of a departure.
@@ -79,7 +79,7 @@ pub struct FlightList {
     /// The entries, sorted by call sign.
     pub entries: Vec<FlightEntry>,
     /// Runways with their thresholds (airport frame, m) by designator, for labels of arrivals.
-    pub runways: Vec<(String, [Vector2<f64>; 2])>,
+    pub runways: Vec<(String, [Point2<f64>; 2])>,
 }
 
 impl FlightList {

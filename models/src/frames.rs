@@ -1,9 +1,56 @@
-//! The airport frame and angles in it.
+//! Frames as types, and angles in them.
 //!
-//! Positions and velocities are `Vector2`/`Vector3` of metres (or metres per second) east, north,
-//! up at the aerodrome reference point. Azimuths and headings are clockwise from north.
+//! | what | type | frame |
+//! | --- | --- | --- |
+//! | a place of the airport: position, site, stand, corner of a wall | [`Point2`], [`Point3`] | airport: m east, north, up of its reference point |
+//! | an offset between places, from a sensor's site too | [`Vector2`], [`Vector3`] | local: the airport's axes, from a place known beside it |
+//! | a velocity, an acceleration, an error, a direction | [`Vector2`], [`Vector3`] | the airport's axes |
+//! | a place on or above the earth | [`geodesy::Ecef`], [`geodesy::Geodetic`] | earth-centred, WGS 84 |
+//!
+//! Place − place is an offset, place + offset a place; places do not add:
+//!
+//! ```
+//! use models::frames::{Point2, Vector2, center};
+//! let (site_m, target_m) = (Point2::new(10.0, 20.0), Point2::new(13.0, 24.0));
+//! let offset_m: Vector2<f64> = target_m - site_m;
+//! assert_eq!((offset_m.norm(), site_m + offset_m), (5.0, target_m));
+//! assert_eq!(center(&site_m, &target_m), Point2::new(11.5, 22.0));
+//! ```
+//!
+//! ```compile_fail,E0277
+//! use models::frames::Point2;
+//! let (site_m, target_m) = (Point2::new(10.0, 20.0), Point2::new(13.0, 24.0));
+//! let middle_m = (site_m + target_m) * 0.5;
+//! ```
+//!
+//! An offset is no place, nor a place an offset:
+//!
+//! ```compile_fail,E0308
+//! use models::frames::{Point2, Vector2};
+//! use models::airport::distance_to_segment_m;
+//! let (a, b) = (Point2::new(0.0, 0.0), Point2::new(100.0, 0.0));
+//! let offset_m: Vector2<f64> = b - a;
+//! distance_to_segment_m(offset_m, a, b);
+//! ```
+//!
+//! ```compile_fail,E0308
+//! use models::frames::{Azimuth, Point2};
+//! Azimuth::of(Point2::new(3.0, 4.0));
+//! ```
+//!
+//! A place of the earth becomes one of the airport by the frame that owns the origin alone ([`geodesy::LocalFrame`]):
+//!
+//! ```compile_fail,E0369
+//! use models::frames::{Point3, Vector3};
+//! let satellite = geodesy::Ecef::from_xyz_m([2.0e7, 1.0e7, 1.0e7]);
+//! let site_m = Point3::new(10.0, 20.0, 30.0);
+//! let line: Vector3<f64> = satellite - site_m;
+//! ```
+//!
+//! In memory and on the wire either is its numbers. Kernels (states of filters, sums of least squares) compute with vectors from the
+//! reference point: `place.coords` at their edge, `Point2::from` back. Azimuths and headings are clockwise from north.
 
-pub use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector3};
+pub use nalgebra::{Matrix2, Matrix3, Matrix4, Point2, Point3, Vector2, Vector3, center};
 use std::f64::consts::{PI, TAU};
 
 /// `angle_rad` brought into [−π, π).

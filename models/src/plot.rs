@@ -1,6 +1,6 @@
 //! A plot: what one sensor reports of one target at one time. It never says which entity caused it.
 
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::time::SimTime;
 
 pub use crate::kind::SensorKind;
@@ -77,7 +77,7 @@ pub struct Plot {
     /// Number within the sensor and scan; with sensor and time it names the plot.
     pub sequence: u32,
     /// Measured position, airport frame, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// First direction of the error ellipse (unit vector, east and north); the second is it turned 90° clockwise.
     pub axis: Vector2<f64>,
     /// Variance along `axis`, m².

@@ -1,7 +1,7 @@
 //! A system track as published: the paper's `TrackInfo`, with its accuracy.
 
 use crate::flight_list::{MovementKind, WakeCategory};
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 use crate::words::words;
@@ -83,7 +83,7 @@ pub struct SystemTrack {
     /// Time of the last plot that updated it.
     pub last_plot: SimTime,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north.
     pub velocity_mps: Vector2<f64>,
     /// Acceleration, m/s² east and north.
@@ -116,7 +116,7 @@ pub struct SecondAgo {
     /// Time of validity: the end of the scan before.
     pub time: SimTime,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Its covariance, m².
     pub cov_m2: Matrix2<f64>,
     /// No plot came between: it is what was published then.

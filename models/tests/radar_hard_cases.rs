@@ -8,7 +8,7 @@
 use models::environment::Weather;
 use models::environment::rain::{RainLaw, path_mean};
 use models::environment::surface::{Fresnel, MATERIALS, Roughness};
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::radar::antenna::Pattern;
 use models::sensors::radar::detection::{Detector, Swerling, from_db, ln_ratio, marcum_q, to_db};
 use models::sensors::radar::geometry::{LeanPaths, RoundEarth, TwoPaths};
@@ -347,7 +347,7 @@ const CASES: &[Case] = &[
         name: "rain cell at the radar, path of no length",
         law: "the rain over it",
         holds: || {
-            let here = Vector2::zeros();
+            let here = Point2::origin();
             let weather = Weather { rain_mm_per_h: 7.0, ..Weather::default() };
             path_mean(&weather, here, here, |r| r) == 7.0
         },

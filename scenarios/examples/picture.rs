@@ -2,7 +2,7 @@
 //! draws tracks and layout: `cargo run -p scenarios --example picture -- scenarios/zurich.toml out.svg`
 #![allow(clippy::print_stdout, reason = "a command-line example")]
 
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::time::SimTime;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = scenarios::load(&scene_file)?;
     let airport = &scene.airport.layout;
     let mut svg = String::new();
-    let ring = |points: &[Vector2<f64>]| -> String {
+    let ring = |points: &[Point2<f64>]| -> String {
         points.iter().map(|p| format!("{:.1},{:.1} ", p.x, -p.y)).collect()
     };
     for outline in &airport.pavement {

@@ -5,7 +5,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use geodesy::{Geodetic, LocalFrame};
 use models::airport::Airport;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3};
 use std::path::{Path, PathBuf};
 
 mod apt_dat;
@@ -220,7 +220,7 @@ const ASSUMED_WIDTH_M: f64 = 23.0;
 impl AirportScene {
     /// East and north of a place at field elevation, m.
     #[must_use]
-    pub fn local_m(&self, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
+    pub fn local_m(&self, lat_deg: f64, lon_deg: f64) -> Point2<f64> {
         local_m(&self.frame, lat_deg, lon_deg)
     }
 
@@ -229,7 +229,7 @@ impl AirportScene {
     ///
     /// # Errors
     /// If neither or both forms are given, a value is out of range, or the place is outside.
-    pub fn site(&self, section: &Section) -> Result<Vector3<f64>, ScenarioError> {
+    pub fn site(&self, section: &Section) -> Result<Point3<f64>, ScenarioError> {
         section.only(&keys::place_words())?;
         let height_m = section.number_or("height_m", 0.0, within(0.0, 500.0, "m"))?;
         let east_north = if section.has("lat_deg") || section.has("lon_deg") {
@@ -245,27 +245,27 @@ impl AirportScene {
             self.local_m(lat_deg, lon_deg)
         } else {
             let limits = within(-1e6, 1e6, "m");
-            Vector2::new(
+            Point2::new(
                 section.need_number("east_m", limits)?,
                 section.need_number("north_m", limits)?,
             )
         };
-        let distance_m = east_north.norm();
+        let distance_m = east_north.coords.norm();
         if distance_m > self.radius_m {
             let key = if section.has("lat_deg") { "lat_deg" } else { "east_m" };
             let problem = Problem::OutsideAirport { distance_m, limit_m: self.radius_m };
             return Err(section.refuse(key, problem));
         }
-        Ok(Vector3::new(east_north.x, east_north.y, height_m))
+        Ok(Point3::new(east_north.x, east_north.y, height_m))
     }
 }
 
 /// East and north of a place at the height of the frame's origin, m.
-fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
+fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Point2<f64> {
     let height_m = frame.origin_geodetic().height_m;
     let place = Geodetic::from_degrees(lat_deg, lon_deg, height_m).to_ecef();
     let enu = frame.to_enu(place);
-    Vector2::new(enu.east_m, enu.north_m)
+    Point2::new(enu.east_m, enu.north_m)
 }
 
 /// Reads a whole file as text. Names in old files are not always UTF-8: such letters are replaced.

@@ -5,7 +5,7 @@ use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use models::environment::surface::{MATERIALS, Material};
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::radar::shadow::Building;
 
 /// Reads `[[building]]`. A footprint is a list of corners in order, each a place like that of a sensor.
@@ -22,7 +22,7 @@ pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Buildin
                 let problem = Problem::OutOfRange { found, low, high, unit: "corners" };
                 return Err(section.refuse("footprint", problem));
             }
-            let footprint_m: Vec<Vector2<f64>> = corners
+            let footprint_m: Vec<Point2<f64>> = corners
                 .iter()
                 .map(|corner| airport.site(corner).map(|place| place.xy()))
                 .collect::<Result<_, _>>()?;
@@ -50,10 +50,10 @@ pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Buildin
 }
 
 /// Two walls of a footprint that cross, by the places of their first corners.
-fn crossing(corners: &[Vector2<f64>]) -> Option<(usize, usize)> {
+fn crossing(corners: &[Point2<f64>]) -> Option<(usize, usize)> {
     let n = corners.len();
     let wall = |i: usize| (corners[i], corners[(i + 1) % n]);
-    let side = |(a, b): (Vector2<f64>, Vector2<f64>), p: Vector2<f64>| (b - a).perp(&(p - a));
+    let side = |(a, b): (Point2<f64>, Point2<f64>), p: Point2<f64>| (b - a).perp(&(p - a));
     let cross = |i: usize, j: usize| {
         let (first, second) = (wall(i), wall(j));
         side(first, second.0) * side(first, second.1) < 0.0

@@ -224,7 +224,7 @@ pub fn multilateration(name: &str, layout: &Airport, radius_m: f64) -> String {
         let [one, other] = runway.thresholds_m;
         for (near, far) in [(one, other), (other, one)] {
             let at = near + UNDER_FINAL_M * (near - far).normalize();
-            if at.norm() < radius_m {
+            if at.coords.norm() < radius_m {
                 places.push([at.x, at.y]);
             }
         }

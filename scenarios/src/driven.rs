@@ -6,7 +6,7 @@ use crate::places::Places;
 use crate::schedule::{Behaving, wheelbase_m};
 use crate::types::TypeRow;
 use models::airport::Airport;
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2, Vector2};
 use models::plot::Callsign;
 use models::traffic::core::Driven;
 use models::traffic::outline::Size;
@@ -17,8 +17,8 @@ const VEHICLE_WHEELBASE: f64 = 0.58;
 const HALF_ROAD_M: f64 = 5.0;
 
 /// Outlines of everything paved that the network does not tell, m, not closed: aprons and service roads.
-pub(crate) fn pavement_m(layout: &Airport) -> Vec<Vec<Vector2<f64>>> {
-    let road = |[a, b]: [Vector2<f64>; 2]| {
+pub(crate) fn pavement_m(layout: &Airport) -> Vec<Vec<Point2<f64>>> {
+    let road = |[a, b]: [Point2<f64>; 2]| {
         let along = (b - a) / (b - a).norm().max(1e-9);
         let aside = Vector2::new(along.y, -along.x) * HALF_ROAD_M;
         vec![a + aside, b + aside, b - aside, a - aside]

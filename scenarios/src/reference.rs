@@ -2,7 +2,7 @@
 
 use crate::keys::{DRIVEN, GENERATED, HANDOVER, MOVER, OVERLAY, ROOT, SCHEDULE, TABLES, Table};
 use crate::sensors::FOREIGN;
-use models::frames::Vector3;
+use models::frames::Point3;
 use models::keys::{Holds, Key, PLACE};
 use models::plot::SensorId;
 use models::sensors::KINDS;
@@ -34,7 +34,7 @@ fn defaults(declared: &Declared) -> BTreeMap<&'static str, String> {
             id: SensorId(1),
             preset: declared.kind.presets.first().map_or("", |preset| preset.0),
             values: &values,
-            site_m: Some(Vector3::zeros()),
+            site_m: Some(Point3::origin()),
             equipped: Equipage::all(),
             reference: geodesy::Geodetic::from_degrees(0.0, 0.0, 0.0),
             start_utc_ns: 0,

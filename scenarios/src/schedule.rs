@@ -19,7 +19,7 @@ pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
 use models::flight_list::{FlightEntry, MovementKind};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{
@@ -65,7 +65,7 @@ pub struct Behaving {
     /// People may take flights that taxi.
     pub by_hand: bool,
     /// Where it is paved, for both: outlines, m, not closed.
-    pub pavement_m: Vec<Vec<Vector2<f64>>>,
+    pub pavement_m: Vec<Vec<Point2<f64>>>,
     /// What was moved or assumed, one line each.
     pub remarks: Vec<String>,
 }

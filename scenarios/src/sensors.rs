@@ -18,7 +18,7 @@ use crate::keys::{self, words};
 use crate::run::Run;
 use crate::traffic::Traffic;
 use models::effects::Tolerance;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::KINDS;
 use models::sensors::Sensor;
@@ -40,7 +40,7 @@ pub struct SensorScene {
     pub name: String,
     /// Place of the antenna or loop: m east, north, and up from the reference plane. `None` for
     /// sensors that the targets carry.
-    pub site_m: Option<Vector3<f64>>,
+    pub site_m: Option<Point3<f64>>,
     /// Name of the parameter set; `None` for the kind's own.
     pub parameters: Option<String>,
     /// Single parameters that differ from the set; the mapping to a model's configuration reads
@@ -271,7 +271,7 @@ fn can_paint(section: &Section, radar: &AsdeScene, run: &Run) -> Result<(), Scen
 fn clear_of_buildings(
     section: &Section,
     radar: &AsdeScene,
-    site_m: Vector2<f64>,
+    site_m: Point2<f64>,
     buildings: &[Building],
 ) -> Result<(), ScenarioError> {
     let height_m = radar.parameters.antenna_height_m;

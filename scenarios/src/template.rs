@@ -38,7 +38,7 @@ pub fn scene(wanted: &Wanted) -> Result<(String, Scene), ScenarioError> {
         .map(|node| node.position_m)
         .chain(layout.runways.iter().flat_map(|runway| runway.ends_m))
         .chain(layout.stands.iter().map(|stand| stand.position_m))
-        .map(|place| place.norm())
+        .map(|place| place.coords.norm())
         .fold(0.0, f64::max);
     let radius_m = ((reach_m * 1.2 + 500.0) / 500.0).ceil() * 500.0;
     let radius_m = radius_m.clamp(2000.0, 50_000.0);

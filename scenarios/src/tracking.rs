@@ -220,7 +220,7 @@ pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use models::frames::Vector2;
+    use models::frames::{Point2, Vector2};
     use models::plot::{Plot, SensorId, SensorKind};
     use models::time::SimTime;
     use std::path::Path;
@@ -302,7 +302,7 @@ mod tests {
         (raw / count, filtered / count)
     }
 
-    fn plot(time: SimTime, position_m: Vector2<f64>) -> Plot {
+    fn plot(time: SimTime, position_m: Point2<f64>) -> Plot {
         Plot {
             sensor: SensorId(1),
             kind: SensorKind::Asde,

@@ -16,7 +16,7 @@ use crate::types::{self, TypeRow, TypeTable};
 use crate::{TruthOf, data_file};
 use models::airport::Runway;
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{ClearedBy, Obstacle};
@@ -442,7 +442,7 @@ fn flight(
         return Err(flight.refuse("runway", Problem::NotAllowed { found: runway.into(), allowed }));
     }
     let stand = flight.text("stand")?.unwrap_or("");
-    let stand_m: Option<Vector2<f64>> = airport.layout.stand(stand).map(|s| s.position_m);
+    let stand_m: Option<Point2<f64>> = airport.layout.stand(stand).map(|s| s.position_m);
     if !stand.is_empty() && stand_m.is_none() {
         return Err(unknown_stand(&flight, "stand", airport));
     }

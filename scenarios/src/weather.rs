@@ -5,7 +5,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use crate::run::Run;
 use models::environment::{RainCell, Weather};
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2};
 use models::time::SimTime;
 
 /// The weather from a time on.
@@ -88,7 +88,7 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
             .map(|cell| {
                 let place = within(-1e5, 1e5, "m");
                 Ok(RainCell {
-                    centre_m: Vector2::new(
+                    centre_m: Point2::new(
                         cell.need_number("east_m", place)?,
                         cell.need_number("north_m", place)?,
                     ),

@@ -4,7 +4,7 @@ use models::control::actors::sight::Waiting;
 use models::control::advice::{Advice, Advisor, Change, Habits, Picture, What};
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::ahead::Known;
@@ -35,7 +35,7 @@ struct Told {
     since_s: f64,
     advice: Advice,
     /// Time, place of either.
-    truth: Vec<(f64, [Option<Vector2<f64>>; 2])>,
+    truth: Vec<(f64, [Option<Point2<f64>>; 2])>,
 }
 
 fn told(airport: &str, rate: u32, seed: u64) -> (String, Core, Vec<Told>) {
@@ -103,7 +103,7 @@ fn what_is_advised_from_what_is_seen_is_so() {
                         assert!((t.since_s..=t.since_s + 125.0).contains(&meets_s), "{}", text(t));
                         let most_m = 150.0 + 3.0 * (meets_s - t.since_s);
                         let near =
-                            |two: &[Option<Vector2<f64>>; 2]| Some((two[0]? - two[1]?).norm());
+                            |two: &[Option<Point2<f64>>; 2]| Some((two[0]? - two[1]?).norm());
                         let distances = t.truth.iter().filter_map(|(_, two)| near(two));
                         let least_m = distances.fold(f64::INFINITY, f64::min);
                         let moved_m = |k: usize| {

@@ -67,7 +67,7 @@ fn nobody_overlaps_anybody_and_speeds_keep_their_limits() {
                 };
                 let speed = state.velocity_mps.xy().norm();
                 let name = &core.flights()[f].callsign;
-                assert!(state.position_m.norm().is_finite(), "{name} at frame {frame}");
+                assert!(state.position_m.coords.norm().is_finite(), "{name} at frame {frame}");
                 if core.phase(f) == Phase::Taxiing {
                     assert!(speed < 15.4 + 12.0, "{name}: {speed} m/s at frame {frame}");
                     if let Some(before) = before[f] {

@@ -5,7 +5,7 @@ use models::airport::Airport;
 use models::control::alert::Change;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
-use models::frames::{Azimuth, Vector2, wrap_pi};
+use models::frames::{Azimuth, Point2, Vector2, wrap_pi};
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Notice, Order, Phase, Wish};
 use models::traffic::exact::Watch;
@@ -39,7 +39,7 @@ fn loaded_with(airport: &str, stand: Option<&str>, control: &str) -> Scene {
 
 /// Somebody who drives along a line, five inputs a second: wheels towards a place ahead on it, slower in bends, and stops at its end.
 struct Driver {
-    line: Vec<Vector2<f64>>,
+    line: Vec<Point2<f64>>,
     next: usize,
     said: u64,
     arrived: bool,
@@ -352,12 +352,12 @@ fn a_car_that_stands_on_a_taxiway_is_waited_for_and_not_touched() {
 struct Dart {
     flight: usize,
     at_s: f64,
-    meets_m: Vector2<f64>,
+    meets_m: Point2<f64>,
     across: Vector2<f64>,
 }
 
 /// Place, heading and speed of who taxies.
-type Seen = (Vector2<f64>, f64, f64);
+type Seen = (Point2<f64>, f64, f64);
 
 /// Places where a flight taxies straight and fast with nobody near: one for each of some flights.
 fn darts(scene: &Scene) -> Vec<Dart> {
@@ -573,7 +573,7 @@ fn along_its_way(core: &Core, flight: usize) -> Wish {
     let now = core.flight_at_wheel(flight).expect("by hand");
     let (may, planned) = core.ways_ahead(flight);
     let line: Vec<_> =
-        may.iter().chain(planned.iter().skip(1)).map(|p| Vector2::new(p[0], p[1])).collect();
+        may.iter().chain(planned.iter().skip(1)).map(|p| Point2::new(p[0], p[1])).collect();
     let step_m = |w: &[[f64; 2]]| Vector2::new(w[1][0] - w[0][0], w[1][1] - w[0][1]).norm();
     let may_m: f64 = may.windows(2).map(step_m).sum();
     let size = core.flights()[flight].size;
@@ -604,7 +604,7 @@ fn piloted(
     let step_s = scene.run.frame.s();
     let (mut taken, mut said): (Option<(usize, f64)>, u64) = (None, 0);
     let mut had: BTreeSet<usize> = BTreeSet::new();
-    let mut last: BTreeMap<usize, (Vector2<f64>, f64, f64, Phase)> = BTreeMap::new();
+    let mut last: BTreeMap<usize, (Point2<f64>, f64, f64, Phase)> = BTreeMap::new();
     let mut faults = Vec::new();
     for frame in 1..=scene.run.frames() as i64 + 72_000 {
         let now_s = frame as f64 * step_s;

@@ -6,7 +6,7 @@ use models::control::layout::{Layout, RunwayAxis};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::sensors::mlat::ArrivalGeometry;
 use models::time::SimTime;
@@ -19,7 +19,7 @@ fn target(number: u16, name: &str, at: (f64, f64), v: (f64, f64), second: u32) -
         class: TargetClass::Aircraft,
         arriving: false,
         length_m: 38.0,
-        position_m: Vector2::new(at.0, at.1),
+        position_m: Point2::new(at.0, at.1),
         velocity_mps: Vector2::new(v.0, v.1),
         altitude_m: None,
         last_plot: SimTime::from_s(f64::from(second)),
@@ -32,9 +32,9 @@ fn target(number: u16, name: &str, at: (f64, f64), v: (f64, f64), second: u32) -
 #[test]
 fn who_crosses_the_line_of_another_final_is_on_his_own() {
     let (u, n) = (Vector2::new(0.2924, 0.9563), Vector2::new(0.9563, -0.2924));
-    let threshold = Vector2::new(0.0, -1200.0) + u * 1500.0 + n * 10.0;
+    let threshold = Point2::new(0.0, -1200.0) + u * 1500.0 + n * 10.0;
     let other = [threshold, threshold + u * 3000.0];
-    let own = [Vector2::new(0.0, 0.0), Vector2::new(0.0, 3000.0)];
+    let own = [Point2::new(0.0, 0.0), Point2::new(0.0, 3000.0)];
     let axes = [
         RunwayAxis::new(["36".into(), "18".into()], own, 45.0, 90.0),
         RunwayAxis::new(["02".into(), "20".into()], other, 45.0, 90.0),
@@ -94,24 +94,24 @@ fn standard_multilateration_sees_every_final_before_its_alerts_are_due() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("finals.toml");
         let scene = scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}"));
         let layout = &scene.airport.layout;
-        let stations = |radius_m: f64| -> Vec<Vector2<f64>> {
+        let stations = |radius_m: f64| -> Vec<Point2<f64>> {
             let table = scenarios::control::multilateration("MLAT", layout, radius_m);
             let table: toml::Table = table.parse().expect("TOML");
             let stations = table["sensor"][0]["overrides"]["stations"].as_array().expect("places");
             let number = |s: &toml::Value, key| s[key].as_float().expect("a number");
             stations
                 .iter()
-                .map(|s| Vector2::new(number(s, "east_m"), number(s, "north_m")))
+                .map(|s| Point2::new(number(s, "east_m"), number(s, "north_m")))
                 .collect()
         };
         let (all, ring) = (stations(10_000.0), stations(0.0));
         assert_eq!(ring.len(), 8, "{airport}: none beyond the radius");
-        let worst = |stations: &[Vector2<f64>]| {
+        let worst = |stations: &[Point2<f64>]| {
             let ends = layout.runways.iter().flat_map(|r| {
                 let [one, other] = r.thresholds_m;
                 [(one, other), (other, one)]
             });
-            let dilution = |(near, far): (Vector2<f64>, Vector2<f64>)| {
+            let dilution = |(near, far): (Point2<f64>, Point2<f64>)| {
                 let at = near + (near - far).normalize() * (40.0 * 70.0);
                 ArrivalGeometry::of(stations, at).map_or(f64::INFINITY, |g| g.horizontal())
             };

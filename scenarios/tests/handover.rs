@@ -5,7 +5,7 @@
 mod drawn;
 
 use drawn::{Draws, drawn};
-use models::frames::{Azimuth, Vector2, Vector3};
+use models::frames::{Azimuth, Point3, Vector2, Vector3};
 use models::traffic::core::{Ask, Core, Direction, Given, Phase, RELEASED_ABOVE_M};
 use models::traffic::outline::{distance_m, outline};
 use models::truth::TruthState;
@@ -72,14 +72,14 @@ fn about_a_final(scene: &Scene, d: &mut Draws, callsign: &str, time_s: f64) -> G
         designator: designator.into(),
         runway: d.chance(0.5).then_some((r, end)),
         stand: None,
-        at_m: Vector3::new(at.x, at.y, 15.0 + SLOPE * out_m + above_m),
+        at_m: Point3::new(at.x, at.y, 15.0 + SLOPE * out_m + above_m),
         velocity_mps: Vector3::new(course.x, course.y, wild * d.within(-1.0, 1.0) - SLOPE * speed),
         time_s: time_s + d.within(-0.5, 0.5),
         flight,
     }
 }
 
-fn extrapolated(given: &Given, time_s: f64) -> Vector3<f64> {
+fn extrapolated(given: &Given, time_s: f64) -> Point3<f64> {
     given.at_m + given.velocity_mps * (time_s - given.time_s)
 }
 

@@ -69,7 +69,7 @@ impl Truth for Trucks {
     fn at(&self, index: usize, _: SimTime) -> Option<TargetState> {
         let east_m = if index == 0 { 500.0 } else { 5000.0 };
         Some(TargetState {
-            position_m: models::frames::Vector3::new(east_m, 0.0, 0.0),
+            position_m: models::frames::Point3::new(east_m, 0.0, 0.0),
             velocity_mps: models::frames::Vector3::zeros(),
             heading_rad: 0.0,
         })

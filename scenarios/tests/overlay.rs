@@ -1,6 +1,7 @@
 //! Overlays of airports: what a file says beside the layout is done, said in the report, and refused where it names nothing.
 
 use models::airport::Hold;
+use models::frames::center;
 use scenarios::hours::{Hour, hour};
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,7 @@ fn each_row_of_an_overlay_does_what_it_says() {
     let plain = scene("plain.toml", "").expect("sound").airport;
     let layout = &plain.layout;
     let far = layout.edges.iter().find(|e| e.name == "F" && !e.runway).expect("F");
-    let middle_m = (layout.nodes[far.from].position_m + layout.nodes[far.to].position_m) * 0.5;
+    let middle_m = center(&layout.nodes[far.from].position_m, &layout.nodes[far.to].position_m);
     let count = |name: &str| layout.edges.iter().filter(|e| e.name == name).count();
     let text = format!(
         "[[hold]]\neast_m = {}\nnorth_m = {}\n[[hold]]\nnode = \"12006\"\noff = true\n\
@@ -149,9 +150,9 @@ fn nobody_drives_over_a_closed_area_and_runways_in_use_are_used() {
         .edges
         .iter()
         .filter(|e| !e.runway && e.name == "D")
-        .map(|e| (layout.nodes[e.from].position_m + layout.nodes[e.to].position_m) * 0.5);
+        .map(|e| center(&layout.nodes[e.from].position_m, &layout.nodes[e.to].position_m));
     let used =
-        |c: &models::frames::Vector2<f64>| seen.iter().filter(|p| (**p - c).amax() < 20.0).count();
+        |c: &models::frames::Point2<f64>| seen.iter().filter(|p| (**p - c).amax() < 20.0).count();
     let middle = squares.max_by_key(used).expect("D");
     assert!(used(&middle) > 0, "D is used");
     let corner =

@@ -1,7 +1,7 @@
 //! The truth of the Zurich scene is physically sound at every frame, and lies where the runways are.
 
 use models::flight_list::MovementKind;
-use models::frames::{Vector2, wrap_pi};
+use models::frames::{Vector2, center, wrap_pi};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::truth::{Limits, TruthState};
@@ -156,7 +156,7 @@ fn runs_on_the_runway_are_on_its_centreline() {
         let find = |e: &&Entity| e.callsign.as_str() == callsign;
         let entity = scene.traffic.entities.iter().find(find).expect(callsign);
         let runway = scene.airport.layout.runway(runway).expect("a runway of Zurich");
-        let centre = (runway.ends_m[0] + runway.ends_m[1]) * 0.5;
+        let centre = center(&runway.ends_m[0], &runway.ends_m[1]);
         let half_m = (runway.ends_m[1] - runway.ends_m[0]).norm() * 0.5;
         let mut seen = 0;
         for (time, state) in states(entity, scene.run.duration) {

@@ -7,7 +7,7 @@
 //! truth, area by area and target by target; ours stands beside it. To replace only a part of ours, see
 //! `models::fusion::own`.
 
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::{Plot, SensorKind};
 use models::score::areas::{AreaMap, AreaRules};
 use models::score::recording::{Recording, Report};
@@ -18,7 +18,7 @@ use std::process::ExitCode;
 /// A target as this tracker knows it.
 struct Mine {
     number: u64,
-    position_m: Vector2<f64>,
+    position_m: Point2<f64>,
     velocity_mps: Vector2<f64>,
     time: SimTime,
     plots: u32,

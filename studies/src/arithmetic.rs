@@ -8,7 +8,7 @@ use models::draw::{DrawKey, Purpose, normal_pair};
 use models::filter::bulk::Bulk;
 use models::filter::three_state::ThreeState;
 use models::filter::{FilterConfig, Rung, Start, StateEstimator};
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2, Vector2};
 use models::plot::{Plot, polar_to_cartesian};
 use std::hint::black_box;
 
@@ -112,7 +112,7 @@ pub(crate) fn polar(options: &Options, progress: &mut dyn FnMut(Progress)) -> Ou
 }
 
 /// Updates of the same plots by one filter; positions after each scan.
-fn doubles(plots: &[Vec<Plot>]) -> (Vec<Vec<Vector2<f64>>>, Vec<f64>) {
+fn doubles(plots: &[Vec<Plot>]) -> (Vec<Vec<Point2<f64>>>, Vec<f64>) {
     // The bare update, as the single form has it: nothing is taken as a manoeuvre.
     let q = FilterConfig::new(Rung::Ca3).q;
     let mut times = Vec::new();
@@ -134,7 +134,7 @@ fn doubles(plots: &[Vec<Plot>]) -> (Vec<Vec<Vector2<f64>>>, Vec<f64>) {
     (tracks, times)
 }
 
-fn singles(plots: &[Vec<Plot>]) -> (Vec<Vec<Vector2<f64>>>, Vec<f64>) {
+fn singles(plots: &[Vec<Plot>]) -> (Vec<Vec<Point2<f64>>>, Vec<f64>) {
     let mut bulk = Bulk::new(FilterConfig::new(Rung::Ca3).q as f32, Start::default());
     let mut times = Vec::new();
     for p in plots {

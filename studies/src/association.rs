@@ -10,7 +10,7 @@ use models::draw::{DrawKey, Purpose, normal_pair, uniform};
 use models::filter::gaussian::Sym2;
 use models::filter::{FilterConfig, Gaussian, Rung};
 use models::flight_list::FlightList;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::fusion::config::{AssociationMethod, SensorModel};
 use models::fusion::{Tracker, TrackingConfig};
 use models::plot::{Plot, SensorId, SensorKind};
@@ -30,7 +30,7 @@ pub struct Crossing {
     /// Name in the reports.
     pub name: &'static str,
     /// Position at time 0 and velocity of each target; targets 2k and 2k + 1 are partners.
-    pub targets: Vec<(Vector2<f64>, Vector2<f64>)>,
+    pub targets: Vec<(Point2<f64>, Vector2<f64>)>,
     /// Probability of a plot.
     pub detection: f64,
     /// Scans.
@@ -38,7 +38,7 @@ pub struct Crossing {
     /// Scans (first, last) without any plot.
     pub outage: Option<(u32, u32)>,
     /// Rectangles (low, high corner) with so many false plots each and scan.
-    pub clutter: Vec<(Vector2<f64>, Vector2<f64>, u32)>,
+    pub clutter: Vec<(Point2<f64>, Point2<f64>, u32)>,
 }
 
 impl Crossing {
@@ -52,15 +52,16 @@ impl Crossing {
         let mut list = Vec::new();
         for pair in 0..pairs {
             let centre =
-                Vector2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
+                Point2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
             for direction in [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)] {
                 let velocity = direction * (8.0 + 7.0 * uniform(rng));
                 let at_crossing = middle + 3.0 * (uniform(rng) - 0.5);
                 list.push((centre - velocity * at_crossing, velocity));
             }
         }
-        let high = Vector2::repeat(150.0 * columns as f64);
-        let clutter = vec![(Vector2::repeat(-75.0), high, (targets / 2) as u32)];
+        let side_m = 150.0 * columns as f64;
+        let (low, high) = (Point2::new(-75.0, -75.0), Point2::new(side_m, side_m));
+        let clutter = vec![(low, high, (targets / 2) as u32)];
         Self { name: "crossing_90", targets: list, detection: 0.95, scans, outage: None, clutter }
     }
 
@@ -72,7 +73,7 @@ impl Crossing {
         let mut list = Vec::new();
         let mut clutter = Vec::new();
         for pair in 0..targets.div_ceil(2) {
-            let centre = Vector2::new(400.0 * pair as f64, 0.0);
+            let centre = Point2::new(400.0 * pair as f64, 0.0);
             let heading = std::f64::consts::TAU * uniform(rng);
             let speed = 8.0 + 4.0 * uniform(rng);
             for side in [0.0, 12f64.to_radians()] {
@@ -94,7 +95,7 @@ impl Crossing {
         let mut list = Vec::new();
         let mut clutter = Vec::new();
         for pair in 0..targets.div_ceil(2) {
-            let start = Vector2::new(0.0, 300.0 * pair as f64);
+            let start = Point2::new(0.0, 300.0 * pair as f64);
             let velocity = Vector2::new(8.0 + 3.0 * uniform(rng), 0.0);
             list.push((start, velocity));
             list.push((start + Vector2::new(3.0 * uniform(rng), 15.0), velocity));
@@ -109,7 +110,7 @@ impl Crossing {
     pub fn clutter(targets: usize, rng: &mut ChaCha8Rng) -> Self {
         let (mut list, mut clutter) = (Vec::new(), Vec::new());
         for target in 0..targets {
-            let centre = Vector2::new(400.0 * target as f64, 0.0);
+            let centre = Point2::new(400.0 * target as f64, 0.0);
             let (sin, cos) = libm::sincos(std::f64::consts::TAU * uniform(rng));
             let velocity = Vector2::new(sin, cos) * (6.0 + 6.0 * uniform(rng));
             list.push((centre - velocity * 10.0, velocity));
@@ -126,7 +127,7 @@ impl Crossing {
         Self { name: "sensor_outage", scans: 24, outage: Some((11, 16)), ..Self::b(targets, rng) }
     }
 
-    fn truth(&self, t: f64) -> Vec<Vector2<f64>> {
+    fn truth(&self, t: f64) -> Vec<Point2<f64>> {
         self.targets.iter().map(|(p, v)| p + v * t).collect()
     }
 
@@ -196,7 +197,7 @@ fn config(scene: &Crossing, method: AssociationMethod) -> TrackingConfig {
     config
 }
 
-fn start(position: Vector2<f64>, velocity: Vector2<f64>) -> Gaussian {
+fn start(position: Point2<f64>, velocity: Vector2<f64>) -> Gaussian {
     let r = Sym2 { xx: SIGMA_M * SIGMA_M, xy: 0.0, yy: SIGMA_M * SIGMA_M };
     let mut state = Gaussian::at_position(position, r, 1.0, 0.1);
     state.x[1] = models::filter::lanes::Pair::new(velocity.x, velocity.y);
@@ -225,7 +226,7 @@ fn one_run(scene: &Crossing, method: AssociationMethod, key: DrawKey, sums: &mut
     tracker.adopt(SimTime::ZERO, &states);
     let flights = FlightList::default();
     let n = scene.targets.len();
-    let mut last = vec![Vector2::repeat(f64::NAN); n];
+    let mut last = vec![Point2::new(f64::NAN, f64::NAN); n];
     for k in 1..=scene.scans {
         let plots = scene.plots(k, &mut rng);
         let begin = clock::thread_ns();

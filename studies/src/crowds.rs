@@ -1,7 +1,7 @@
 //! Scenes of many movers side by side, made of what ships.
 
 use models::draw::{DrawKey, Purpose, uniform};
-use models::frames::Vector2;
+use models::frames::Point2;
 use scenarios::{ScenarioError, Scene};
 
 /// Zurich with thirty-five movers under its radar alone: thirteen recorded movements (the six that ship, seven of them again
@@ -208,10 +208,10 @@ pub fn among_parked(airport: &str, seed: u64) -> Result<(Scene, f64), ScenarioEr
     let base = scenarios::load(&path)?;
     let text = scenarios::files::read_text(&path, 1 << 20).unwrap_or_default();
     let radar_m =
-        base.sensors.first().and_then(|s| s.site_m).map_or_else(Vector2::zeros, |s| s.xy());
+        base.sensors.first().and_then(|s| s.site_m).map_or_else(Point2::origin, |s| s.xy());
     let stands = &base.airport.layout.stands;
     // A stand that the list gives to a flight has room for no other aircraft.
-    let listed = |stand: Vector2<f64>| {
+    let listed = |stand: Point2<f64>| {
         let mut own = base.flight_list.entries.iter().filter_map(|e| e.stand_m);
         own.any(|s| (s - stand).norm() < 30.0)
     };

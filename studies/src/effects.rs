@@ -6,7 +6,7 @@ use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::{Level, Tolerance};
 use models::environment::{RainCell, Weather};
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector3};
 use models::plot::SensorId;
 use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::radar::effects::RadarEffect;
@@ -50,7 +50,7 @@ fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64
         let heading = between(rng, -std::f64::consts::PI, std::f64::consts::PI);
         let (hs, hc) = libm::sincos(heading);
         let speed = pick(rng, &[0.0, 8.0, 15.0]);
-        let place = Vector3::new(distance * sin, distance * cos, 0.0);
+        let place = Point3::new(distance * sin, distance * cos, 0.0);
         (class, place, Vector3::new(speed * hs, speed * hc, 0.0), heading)
     };
     Targets { list: (0..count).map(|_| target(rng)).collect(), back_s: None }
@@ -67,7 +67,7 @@ pub fn named_scenes(seed: u64) -> Result<Vec<RadarStudy>, ScenarioError> {
     let drizzle = Weather { rain_mm_per_h: 1.0, film_mm: 0.1, ..dry.clone() };
     let storm = Weather { rain_mm_per_h: 25.0, film_mm: 1.0, visibility_m: 800.0, ..dry.clone() };
     let cell = |east: f64, north: f64| RainCell {
-        centre_m: Vector2::new(east, north),
+        centre_m: Point2::new(east, north),
         radius_m: 700.0,
         rain_mm_per_h: 30.0,
     };
@@ -99,7 +99,7 @@ pub fn named_scenes(seed: u64) -> Result<Vec<RadarStudy>, ScenarioError> {
 
 impl RadarStudy {
     pub(crate) fn radar(&self) -> Result<Asde, String> {
-        let made = Asde::new(SensorId(1), Vector2::zeros(), self.parameters.clone());
+        let made = Asde::new(SensorId(1), Point2::origin(), self.parameters.clone());
         Ok(made.map_err(|e| format!("{}: {e}", self.name))?.among(self.buildings.clone()))
     }
 

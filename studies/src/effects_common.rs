@@ -3,7 +3,7 @@
 use crate::Row;
 use models::draw::uniform;
 use models::environment::surface::Material;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::sensors::radar::shadow::Building;
 use rand::rngs::ChaCha8Rng;
 
@@ -23,7 +23,7 @@ pub(crate) fn box_building(
     across: f64,
     height_m: f64,
 ) -> Building {
-    let corner = Vector2::new(east, north);
+    let corner = Point2::new(east, north);
     Building {
         name: "terminal".into(),
         footprint_m: [(0.0, 0.0), (along, 0.0), (along, across), (0.0, across)]

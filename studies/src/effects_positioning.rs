@@ -9,7 +9,7 @@ use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
 use models::effects::positioning::{PositioningEffect, PositioningLevels};
 use models::environment::Weather;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector2, Vector3};
 use models::keys::Holds;
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::adsb::AdsbConfig;
@@ -45,7 +45,7 @@ fn decades(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
 struct Traffic {
     class: TargetClass,
     /// Place at time zero, velocity, and when it appears, s.
-    targets: Vec<(Vector2<f64>, Vector2<f64>, f64)>,
+    targets: Vec<(Point2<f64>, Vector2<f64>, f64)>,
 }
 
 impl Traffic {
@@ -63,7 +63,7 @@ impl Traffic {
         let later = pick(rng, &[0.0, 0.0, 10.0]);
         let target = |rng: &mut ChaCha8Rng| {
             let place =
-                Vector2::new(between(rng, -reach_m, reach_m), between(rng, -reach_m, reach_m));
+                Point2::new(between(rng, -reach_m, reach_m), between(rng, -reach_m, reach_m));
             let (sin, cos) = libm::sincos(between(rng, 0.0, std::f64::consts::TAU));
             let speed = fastest * uniform(rng);
             (place, Vector2::new(sin, cos) * speed, later * uniform(rng))
@@ -77,7 +77,7 @@ impl Traffic {
         let mut traffic = Self::random(rng, 100.0);
         for (place, velocity, appears) in &mut traffic.targets {
             *velocity = Vector2::new(3.0 + velocity.norm().min(27.0), 0.0);
-            *place = Vector2::new(-60.0 - 100.0 * uniform(rng), between(rng, -8.0, 8.0));
+            *place = Point2::new(-60.0 - 100.0 * uniform(rng), between(rng, -8.0, 8.0));
             *appears = 0.0;
         }
         traffic
@@ -104,7 +104,7 @@ impl Truth for Traffic {
         let (place, velocity, appears) = self.targets[index];
         let position_m = place + velocity * time.s();
         (time.s() >= appears).then(|| TargetState {
-            position_m: Vector3::new(position_m.x, position_m.y, 0.0),
+            position_m: Point3::new(position_m.x, position_m.y, 0.0),
             velocity_mps: Vector3::new(velocity.x, velocity.y, 0.0),
             heading_rad: if velocity.norm() > 0.0 {
                 libm::atan2(velocity.x, velocity.y)
@@ -194,7 +194,7 @@ fn by_keys(model: &Modelled, rng: &mut ChaCha8Rng, equipped: &Equipage) -> Arc<d
             id: ID,
             preset: declared.kind.presets.first().map_or("", |p| p.0),
             values,
-            site_m: Some(Vector3::zeros()),
+            site_m: Some(Point3::origin()),
             equipped: equipped.clone(),
             reference: Geodetic::from_degrees(47.45, 8.55, 432.0),
             start_utc_ns: 0,
@@ -291,7 +291,7 @@ impl PositioningStudy {
                     reference: service(rng),
                     on_reference_loss,
                     model,
-                    ..DgpsConfig::on_airport(ID, Vector2::new(far_m, 0.0))
+                    ..DgpsConfig::on_airport(ID, Point2::new(far_m, 0.0))
                 })
             }
             "ADS-B" => Arc::new(AdsbConfig {
@@ -307,7 +307,7 @@ impl PositioningStudy {
             "multilateration" => {
                 let count = 4 + (uniform(rng) * 5.0) as usize;
                 let place = |rng: &mut ChaCha8Rng| {
-                    Vector2::new(between(rng, -7000.0, 7000.0), between(rng, -7000.0, 7000.0))
+                    Point2::new(between(rng, -7000.0, 7000.0), between(rng, -7000.0, 7000.0))
                 };
                 let stations: Vec<_> = (0..count).map(|_| place(rng)).collect();
                 let mut config = MlatConfig {
@@ -327,7 +327,7 @@ impl PositioningStudy {
                 Arc::new(config)
             }
             "loop" => {
-                let mut config = LoopConfig::pair_at(ID, Vector2::zeros(), 90.0);
+                let mut config = LoopConfig::pair_at(ID, Point2::origin(), 90.0);
                 if uniform(rng) < 0.5 {
                     config.pair = None;
                 }
@@ -345,7 +345,7 @@ impl PositioningStudy {
                 config.heading_walk_deg_per_sqrt_h = decades(rng, 1e-4, 5.0);
                 config.sigma_start_m = decades(rng, 1e-3, 2.0);
                 config.sigma_white_m = decades(rng, 1e-3, 1.0);
-                config.resets_m = vec![Vector2::zeros()];
+                config.resets_m = vec![Point2::origin()];
                 config.reset_radius_m = 50.0;
                 Arc::new(config)
             }
@@ -407,7 +407,7 @@ impl Compared {
     }
 }
 
-type Seen = Vec<(Option<u64>, SimTime, Vector2<f64>)>;
+type Seen = Vec<(Option<u64>, SimTime, Point2<f64>)>;
 
 fn seen(sink: &PlotSink) -> Seen {
     let pairs = sink.plots.iter().zip(&sink.causes);
@@ -457,7 +457,7 @@ impl PositioningStudy {
             });
             let (a, mut b) = (seen(&a), seen(&b));
             for (key, time, place) in a {
-                let near = |other: &(Option<u64>, SimTime, Vector2<f64>)| {
+                let near = |other: &(Option<u64>, SimTime, Point2<f64>)| {
                     other.0 == key && (other.1.0 - time.0).abs() <= slack_ns
                 };
                 let Some(index) = b.iter().position(near) else {

@@ -7,7 +7,7 @@ use crate::{Ladder, Options, Outcome, Progress, Row};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::environment::Weather;
 use models::environment::surface::Material;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::asde::AsdeParameters;
 use models::sensors::radar::detection::{albersheim_db, to_db};
 use models::sensors::radar::equation::{BudgetLevels, Echo, Reflection};
@@ -86,8 +86,8 @@ impl Setting {
         let at = |&ground_m: &f64| {
             let echo =
                 Echo { ground_m, height_m: HEIGHT_M, extent_m: HEIGHT_M, rcs_m2: self.rcs_m2 };
-            let to = Vector2::new(0.0, ground_m);
-            to_db(radar.budget(&air, &levels, &echo, Vector2::zeros(), to).scnr())
+            let to = Point2::new(0.0, ground_m);
+            to_db(radar.budget(&air, &levels, &echo, Point2::origin(), to).scnr())
         };
         ranges.iter().map(at).collect()
     }

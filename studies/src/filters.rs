@@ -13,7 +13,7 @@ use models::filter::modes::ca;
 use models::filter::route::Network;
 use models::filter::smoother::smooth;
 use models::filter::{Estimate, Estimator, FilterConfig, Rung, Start, StateEstimator};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Plot;
 use models::time::SimTime;
 use std::hint::black_box;
@@ -127,7 +127,7 @@ struct Subject {
     name: String,
     about: String,
     /// Truth second by second; run k has path k modulo their number.
-    paths: Vec<Vec<Vector2<f64>>>,
+    paths: Vec<Vec<Point2<f64>>>,
     draws: Vec<Vec<Plot>>,
     /// Plots that nobody is given, run by run: what a coast is held against.
     hidden: Vec<Vec<Plot>>,
@@ -223,7 +223,7 @@ impl Subject {
 }
 
 /// Mean squared error of the plots from the third second on, m².
-fn raw_mse(draws: &[Vec<Plot>], paths: &[Vec<Vector2<f64>>]) -> f64 {
+fn raw_mse(draws: &[Vec<Plot>], paths: &[Vec<Point2<f64>>]) -> f64 {
     let (mut sum, mut n) = (0.0, 0usize);
     for (run, plots) in draws.iter().enumerate() {
         for plot in plots.iter().filter(|p| scan_of(p) >= ACQUISITION) {
@@ -463,7 +463,7 @@ fn timed(
                             let (mut taken, mut sum) = (0, Vector2::zeros());
                             for (filter, plot) in filters.iter_mut().zip(plots) {
                                 taken += u32::from(filter.take(plot).is_ok());
-                                sum += filter.motion().0;
+                                sum += filter.motion().0.coords;
                             }
                             black_box((taken, sum));
                         }

@@ -4,7 +4,7 @@ use crate::clock;
 use crate::{Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use geodesy::Geodetic;
 use models::environment::Weather;
-use models::frames::Vector3;
+use models::frames::{Point3, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::offline::{
@@ -43,7 +43,7 @@ impl Truth for Standing {
     }
     fn at(&self, index: usize, _: SimTime) -> Option<TargetState> {
         Some(TargetState {
-            position_m: Vector3::new(0.0, index as f64, 0.0),
+            position_m: Point3::new(0.0, index as f64, 0.0),
             velocity_mps: Vector3::zeros(),
             heading_rad: 0.0,
         })

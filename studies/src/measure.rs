@@ -1,7 +1,7 @@
 //! What every ladder needs: quantiles, timed blocks, sums of errors.
 
 use crate::clock;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::{Plot, SensorId, SensorKind};
 use models::time::SimTime;
 
@@ -60,7 +60,7 @@ impl Errors {
 pub(crate) fn round_plot(
     time: SimTime,
     sequence: u32,
-    position_m: Vector2<f64>,
+    position_m: Point2<f64>,
     sigma_m: f64,
 ) -> Plot {
     Plot {

@@ -1,6 +1,6 @@
 //! The movers of a scene as sensors see them, those that behave too: their paths are driven once and kept.
 
-use models::frames::{Vector2, Vector3, wrap_pi};
+use models::frames::{Point2, Point3, wrap_pi};
 use models::plot::Callsign;
 use models::sensors::{TargetClass, TargetState, Truth};
 use models::time::SimTime;
@@ -44,7 +44,7 @@ impl<'a> Movers<'a> {
                     path.push(core.state(flight).map(|truth| TargetState {
                         position_m: {
                             let p = truth.position_m;
-                            Vector3::new(p.x, p.y, p.z)
+                            Point3::new(p.x, p.y, p.z)
                         },
                         velocity_mps: truth.velocity_mps,
                         heading_rad: truth.heading_rad,
@@ -61,7 +61,7 @@ impl<'a> Movers<'a> {
         let (mut least, mut there) = (f64::INFINITY, vec![false; self.len()]);
         for second in 1..=seconds {
             let at = SimTime::from_s(f64::from(second));
-            let mut places: Vec<Vector2<f64>> = Vec::new();
+            let mut places: Vec<Point2<f64>> = Vec::new();
             for (index, there) in there.iter_mut().enumerate() {
                 if let Some(state) = self.at(index, at) {
                     *there = true;
@@ -97,7 +97,7 @@ impl Truth for Movers<'_> {
             let truth = trajectory.at(time)?;
             let p = truth.position_m;
             return Some(TargetState {
-                position_m: Vector3::new(p.x, p.y, p.z),
+                position_m: Point3::new(p.x, p.y, p.z),
                 velocity_mps: truth.velocity_mps,
                 heading_rad: truth.heading_rad,
             });

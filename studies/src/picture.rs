@@ -3,7 +3,7 @@
 use crate::zurich::Traffic;
 use models::airport::{Airport, distance_to_segment_m};
 use models::environment::Weather;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::sensors::ScanInterval;
 use models::sensors::asde::Asde;
 use models::sensors::asde::picture::{Ground, VideoScene};
@@ -47,32 +47,28 @@ impl Pavement {
         }
         for polygon in &airport.pavement {
             let corners = || polygon.iter();
-            let low = corners().fold(Vector2::repeat(f64::INFINITY), |m, p| m.inf(p));
-            let high = corners().fold(Vector2::repeat(f64::NEG_INFINITY), |m, p| m.sup(p));
+            let all = |m: f64| Point2::new(m, m);
+            let low = corners().fold(all(f64::INFINITY), |m, p| m.inf(p));
+            let high = corners().fold(all(f64::NEG_INFINITY), |m, p| m.sup(p));
             map.mark(low, high, |place| inside(polygon, place));
         }
         map
     }
 
-    fn strip(&mut self, a: Vector2<f64>, b: Vector2<f64>, half_m: f64) {
+    fn strip(&mut self, a: Point2<f64>, b: Point2<f64>, half_m: f64) {
         let margin = Vector2::repeat(half_m);
         let near = |place| distance_to_segment_m(place, a, b) <= half_m;
         self.mark(a.inf(&b) - margin, a.sup(&b) + margin, near);
     }
 
-    fn mark(
-        &mut self,
-        low: Vector2<f64>,
-        high: Vector2<f64>,
-        paved: impl Fn(Vector2<f64>) -> bool,
-    ) {
+    fn mark(&mut self, low: Point2<f64>, high: Point2<f64>, paved: impl Fn(Point2<f64>) -> bool) {
         let step = |m: f64| ((m + self.reach_m) / SQUARE_M).floor().max(0.0) as usize;
         let last = |m: f64| step(m).min(self.side.saturating_sub(1));
         let (columns, rows) = ((step(low.x), last(high.x)), (step(low.y), last(high.y)));
         for row in rows.0..=rows.1 {
             for column in columns.0..=columns.1 {
                 let middle = |i: usize| (i as f64 + 0.5) * SQUARE_M - self.reach_m;
-                if paved(Vector2::new(middle(column), middle(row))) {
+                if paved(Point2::new(middle(column), middle(row))) {
                     self.paved[row * self.side + column] = true;
                 }
             }
@@ -81,7 +77,7 @@ impl Pavement {
 }
 
 impl Ground for Pavement {
-    fn factor(&self, place_m: Vector2<f64>) -> f64 {
+    fn factor(&self, place_m: Point2<f64>) -> f64 {
         let step = |m: f64| (m + self.reach_m) / SQUARE_M;
         let (column, row) = (step(place_m.x), step(place_m.y));
         let within = |i: f64| i >= 0.0 && i < self.side as f64;
@@ -92,7 +88,7 @@ impl Ground for Pavement {
     }
 }
 
-fn inside(polygon: &[Vector2<f64>], p: Vector2<f64>) -> bool {
+fn inside(polygon: &[Point2<f64>], p: Point2<f64>) -> bool {
     let last = polygon.last().into_iter().chain(polygon);
     let crossings = last.zip(polygon).filter(|(a, b)| {
         (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
@@ -131,7 +127,7 @@ pub fn video_png(
     if cells > MOST_CELLS {
         return Err(format!("{cells} cells a turn: at most {MOST_CELLS} are possible"));
     }
-    let site_m = sensor.site_m.map_or_else(Vector2::zeros, |s| s.xy());
+    let site_m = sensor.site_m.map_or_else(Point2::origin, |s| s.xy());
     let mut radar = Asde::new(sensor.id, site_m, parameters.clone())
         .map_err(|e| e.to_string())?
         .among(Arc::from(scene.buildings.clone()))
@@ -145,7 +141,7 @@ pub fn video_png(
         from: at,
         to: at.plus_s(turn_s),
     };
-    let reach_m = parameters.range_max_m + site_m.norm();
+    let reach_m = parameters.range_max_m + site_m.coords.norm();
     let ground = Pavement::of(&scene.airport.layout, reach_m.min(12_000.0));
     let truth = Traffic(scene);
     let video = radar.video(&interval, &truth, &weather, &ground, &VideoScene::PICTURE);

@@ -47,7 +47,7 @@ fn levels_of(effect: RadarEffect) -> Vec<Level> {
 
 struct Played {
     /// (key, scan, position), sorted.
-    plots: Vec<(u64, u64, models::frames::Vector2<f64>)>,
+    plots: Vec<(u64, u64, models::frames::Point2<f64>)>,
     looks: u64,
     /// Time of a scan per look, ns.
     times: Vec<f64>,

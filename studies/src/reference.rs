@@ -4,7 +4,7 @@ use crate::chain::{FAR_M, Sum};
 use crate::profiles::Seen;
 use models::filter::consistency::nees_of;
 use models::flight_list::FlightList;
-use models::frames::{Matrix2, Vector2};
+use models::frames::{Matrix2, Point2, Vector2};
 use models::fusion::reference::{ReferenceRun, reference};
 use models::fusion::{Outcome, Tracker, TrackingConfig};
 use models::sensors::Truth;
@@ -48,13 +48,13 @@ pub struct Said {
     /// The trajectory that its track is part of, where that is known.
     pub way: Option<usize>,
     /// Position, m.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Its covariance, m².
     pub cov_m2: Matrix2<f64>,
 }
 
 /// A state of a target: position (m), velocity (m/s).
-pub type Place = (Vector2<f64>, Vector2<f64>);
+pub type Place = (Point2<f64>, Vector2<f64>);
 
 /// Where each target was: none before it was there and after.
 pub type Where<'a> = &'a dyn Fn(u64, SimTime) -> Option<Place>;

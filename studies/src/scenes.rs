@@ -2,7 +2,7 @@
 
 use models::draw::{DrawKey, Purpose};
 use models::filter::route::Route;
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2, Vector2};
 use models::plot::{Plot, Polar, SensorId, SensorKind, polar_to_cartesian};
 use models::time::SimTime;
 use rand_distr::{Distribution, StandardNormal};
@@ -57,7 +57,7 @@ pub struct Scene {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruePoint {
     /// Position, m.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Direction of motion, radians from +x to the left.
     pub course_rad: f64,
     /// Speed, m/s.
@@ -71,7 +71,7 @@ impl Scene {
     #[must_use]
     pub fn at(&self, t: f64) -> TruePoint {
         let mut point = TruePoint {
-            position_m: Vector2::zeros(),
+            position_m: Point2::origin(),
             course_rad: 0.0,
             speed_mps: self.speed_mps,
             along_m: 0.0,
@@ -92,7 +92,7 @@ impl Scene {
     /// The centreline that the target follows exactly.
     #[must_use]
     pub fn route(&self) -> Route {
-        let mut route = Route::from_course(Vector2::zeros(), 0.0);
+        let mut route = Route::from_course(Point2::origin(), 0.0);
         let (mut before, mut time) = (self.at(0.0), 0.0);
         let end = self.samples as f64 + 60.0;
         for leg in &self.legs {
@@ -279,7 +279,7 @@ pub enum Noise {
         /// Standard deviation of the azimuth, rad.
         azimuth_rad: f64,
         /// Site, m.
-        radar_m: Vector2<f64>,
+        radar_m: Point2<f64>,
     },
     /// The same deviation in every direction, m.
     Circular(f64),
@@ -300,8 +300,8 @@ impl NoiseLevel {
     /// The levels of the report: the headline first.
     #[must_use]
     pub fn all() -> [Self; 4] {
-        let near = Vector2::new(1000.0, -1500.0);
-        let far = Vector2::new(1000.0, -2800.0);
+        let near = Point2::new(1000.0, -1500.0);
+        let far = Point2::new(1000.0, -2800.0);
         // Uniform within a resolution cell: 36 ns and 0.25°.
         let cell =
             (299_792_458.0 * 36e-9 / 2.0 / 12f64.sqrt(), 0.25f64.to_radians() / 12f64.sqrt());
@@ -338,7 +338,7 @@ pub fn plots(scene: &Scene, noise: &Noise, seed: u64, run: u64) -> Vec<Plot> {
 
 /// The plots of one run over a path given second by second.
 #[must_use]
-pub fn plots_along(path: &[Vector2<f64>], noise: &Noise, seed: u64, run: u64) -> Vec<Plot> {
+pub fn plots_along(path: &[Point2<f64>], noise: &Noise, seed: u64, run: u64) -> Vec<Plot> {
     path.iter()
         .enumerate()
         .map(|(k, at)| {
@@ -352,7 +352,7 @@ pub fn plots_along(path: &[Vector2<f64>], noise: &Noise, seed: u64, run: u64) ->
 
 /// One plot of a target at `at` with standard normal errors `draws`.
 #[must_use]
-pub fn plot(at: Vector2<f64>, noise: &Noise, draws: [f64; 2], k: usize) -> Plot {
+pub fn plot(at: Point2<f64>, noise: &Noise, draws: [f64; 2], k: usize) -> Plot {
     let (position_m, axis, along_m2, across_m2, polar) = match *noise {
         Noise::Circular(sigma) => {
             let error = Vector2::new(draws[0], draws[1]) * sigma;

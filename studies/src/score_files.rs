@@ -6,7 +6,7 @@
 //! `status`. Alerts: see [`alerts`]. A position is `x_m`, `y_m` (east, north of the reference point) or `lat_deg`, `lon_deg`.
 
 use models::control::scoring::Told;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::score::recording::{Report, Target, TruthPoint, differentiate};
 use models::time::SimTime;
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ pub enum FileError {
 }
 
 /// From degrees north and east to metres of the airport's frame.
-pub type Place<'a> = Option<&'a dyn Fn(f64, f64) -> Vector2<f64>>;
+pub type Place<'a> = Option<&'a dyn Fn(f64, f64) -> Point2<f64>>;
 
 struct Table<'t> {
     heads: Vec<String>,
@@ -141,12 +141,12 @@ fn position(
     fields: &[&str],
     (a, b, degrees): (usize, usize, bool),
     place: Place<'_>,
-) -> Result<Vector2<f64>, FileError> {
+) -> Result<Point2<f64>, FileError> {
     match place.filter(|_| degrees) {
         Some(place) => {
             Ok(place(needed(line, fields, a, "lat_deg")?, needed(line, fields, b, "lon_deg")?))
         }
-        None => Ok(Vector2::new(needed(line, fields, a, "x_m")?, needed(line, fields, b, "y_m")?)),
+        None => Ok(Point2::new(needed(line, fields, a, "x_m")?, needed(line, fields, b, "y_m")?)),
     }
 }
 
@@ -336,8 +336,8 @@ mod tests {
         assert!(said("time_s,track,x_m,y_m\n0,1,3").contains("line 2: y_m"));
         assert!(said("time_s,track,x_m,y_m\n1e15,1,3,4").contains("line 2: time_s: '1e15'"));
         assert!(said("time_s,track,lat_deg,lon_deg\n0,1,47,8").contains("--scene"));
-        let place = |lat: f64, lon: f64| Vector2::new(lon * 10.0, lat * 10.0);
+        let place = |lat: f64, lon: f64| Point2::new(lon * 10.0, lat * 10.0);
         let found = tracks("time_s,track,lat_deg,lon_deg\n0,1,47,8", Some(&place)).expect("sound");
-        assert_eq!(found[0].position_m, Vector2::new(80.0, 470.0));
+        assert_eq!(found[0].position_m, Point2::new(80.0, 470.0));
     }
 }

@@ -5,7 +5,7 @@ use crate::picture::Pavement;
 use models::airport::distance_to_segment_m;
 use models::effects::Tolerance;
 use models::environment::Weather;
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector2};
 use models::sensors::TargetClass;
 use models::sensors::asde::picture::Ground;
 use models::sensors::asde::survey::Aspect;
@@ -24,7 +24,7 @@ pub const MOST_CELLS: usize = 20_000_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Middle of the first cell, m east and north.
-    pub first_m: Vector2<f64>,
+    pub first_m: Point2<f64>,
     /// Side of a cell, m.
     pub step_m: f64,
     /// Cells across and down.
@@ -47,9 +47,11 @@ impl Grid {
             .chain(layout.nodes.iter().map(|n| n.position_m))
             .chain(layout.stands.iter().map(|s| s.position_m))
             .chain(layout.pavement.iter().flatten().copied());
-        let (mut low, mut high) =
-            (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
-        for place in places.filter(|p| p.norm() <= scene.airport.radius_m) {
+        let (mut low, mut high) = (
+            Point2::new(f64::INFINITY, f64::INFINITY),
+            Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+        );
+        for place in places.filter(|p| p.coords.norm() <= scene.airport.radius_m) {
             (low, high) = (low.inf(&place), high.sup(&place));
         }
         if !(low.x <= high.x) {
@@ -64,10 +66,10 @@ impl Grid {
             let cells = size.0 * size.1;
             return Err(format!("{cells} cells; at most {MOST_CELLS}: a larger --step is needed"));
         }
-        let pavement = Pavement::of(layout, low.abs().sup(&high.abs()).max() + 10.0);
+        let pavement = Pavement::of(layout, low.coords.abs().sup(&high.coords.abs()).max() + 10.0);
         let mut grid =
-            Self { first_m: Vector2::new(west, north) * step_m, step_m, size, area: Vec::new() };
-        let near = |place: Vector2<f64>| {
+            Self { first_m: Point2::new(west, north) * step_m, step_m, size, area: Vec::new() };
+        let near = |place: Point2<f64>| {
             (0..=4).any(|ring| {
                 let r = BESIDE_M * f64::from(ring) / 4.0;
                 let around = if ring == 0 { 1 } else { 16 };
@@ -83,7 +85,7 @@ impl Grid {
 
     /// The middle of a cell, m east and north.
     #[must_use]
-    pub fn place(&self, index: usize) -> Vector2<f64> {
+    pub fn place(&self, index: usize) -> Point2<f64> {
         let (column, row) = (index % self.size.0, index / self.size.0);
         self.first_m + Vector2::new(column as f64, -(row as f64)) * self.step_m
     }
@@ -165,7 +167,7 @@ pub fn radar_maps(
         LAYERS.iter().map(|&layer| empty(grid, &sensor.name, name, layer)).collect();
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
         let place = grid.place(cell);
-        let place = Vector3::new(place.x, place.y, subject.height_m);
+        let place = Point3::new(place.x, place.y, subject.height_m);
         let Some(found) = radar.survey(&air, class, &aspect, place) else { continue };
         let values = [
             found.scnr_db,
@@ -202,7 +204,7 @@ pub fn mlat_maps(
             .stations
             .iter()
             .filter(|s| s.hears(place) && s.sees(&scene.buildings, place, height_m.max(1.0)));
-        let heard: Vec<Vector2<f64>> = heard.map(|s| s.position_m).collect();
+        let heard: Vec<Point2<f64>> = heard.map(|s| s.position_m).collect();
         stations.values[cell] = heard.len() as f32;
         if let Some(geometry) = ArrivalGeometry::of(&heard, place) {
             dilution.values[cell] = geometry.horizontal() as f32;
@@ -335,7 +337,7 @@ pub fn projection(scene: &Scene) -> String {
 
 /// What is nearest to a place, for people: a stand, a runway, a taxiway.
 #[must_use]
-pub fn nearest(scene: &Scene, place: Vector2<f64>) -> String {
+pub fn nearest(scene: &Scene, place: Point2<f64>) -> String {
     let layout = &scene.airport.layout;
     let stands =
         layout.stands.iter().map(|s| ((s.position_m - place).norm(), format!("stand {}", s.name)));
@@ -352,7 +354,7 @@ pub fn nearest(scene: &Scene, place: Vector2<f64>) -> String {
 }
 
 /// Weight of a place when sites are compared: runways 4, taxiways 2, the rest 1 (assumed).
-pub(crate) fn weight(scene: &Scene, place: Vector2<f64>) -> f64 {
+pub(crate) fn weight(scene: &Scene, place: Point2<f64>) -> f64 {
     let layout = &scene.airport.layout;
     let on_runway = layout
         .runways

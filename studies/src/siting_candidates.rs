@@ -1,6 +1,6 @@
 //! Candidate sites for one sensor, out of a table.
 
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3};
 use scenarios::Scene;
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub struct Candidate {
     /// Its name.
     pub name: String,
     /// East, north and height of the antenna over the ground, m.
-    pub site_m: Vector3<f64>,
+    pub site_m: Point3<f64>,
     /// Whether it is the site that the scene has.
     pub present: bool,
 }
@@ -135,13 +135,13 @@ fn candidate(
     if name == PRESENT {
         return Err(format!("'{PRESENT}' is the name of the scene's own site; take another one"));
     }
-    let place: Vector2<f64> = if columns.contains(&"lat_deg") {
+    let place: Point2<f64> = if columns.contains(&"lat_deg") {
         let (lat, lon) = (number("lat_deg", (-90.0, 90.0))?, number("lon_deg", (-180.0, 180.0))?);
         scene.airport.local_m(lat, lon)
     } else {
-        Vector2::new(number("east_m", (-1e6, 1e6))?, number("north_m", (-1e6, 1e6))?)
+        Point2::new(number("east_m", (-1e6, 1e6))?, number("north_m", (-1e6, 1e6))?)
     };
-    let (away_m, limit_m) = (place.norm(), scene.airport.radius_m);
+    let (away_m, limit_m) = (place.coords.norm(), scene.airport.radius_m);
     if away_m > limit_m {
         return Err(format!(
             "'{name}' is {away_m:.0} m from the reference point, outside the airport ({limit_m:.0} m); \
@@ -160,7 +160,7 @@ fn candidate(
             building.name, building.height_m
         ));
     }
-    Ok(Candidate { name, site_m: place.push(height_m), present: false })
+    Ok(Candidate { name, site_m: Point3::new(place.x, place.y, height_m), present: false })
 }
 
 #[cfg(test)]
@@ -170,7 +170,7 @@ mod tests {
     fn read_of(text: &str) -> Result<Vec<Candidate>, String> {
         let mut scene = scenarios::load_without_truth(&scenarios::locate("xsyn"))
             .unwrap_or_else(|e| panic!("{e}"));
-        let corner = |x: f64, y: f64| Vector2::new(x, y);
+        let corner = |x: f64, y: f64| Point2::new(x, y);
         scene.buildings.push(models::sensors::radar::shadow::Building {
             name: "hall".into(),
             footprint_m: vec![
@@ -193,9 +193,9 @@ mod tests {
         let found = found.expect("a good table");
         assert_eq!(found.len(), 2);
         assert_eq!(found[0].name, "mast, west");
-        assert_eq!(found[0].site_m, Vector3::new(-300.0, 40.5, 20.0));
+        assert_eq!(found[0].site_m, Point3::new(-300.0, 40.5, 20.0));
         // No height: as high as the present antenna, above the roof.
-        assert_eq!(found[1].site_m, Vector3::new(30.0, 30.0, 60.0));
+        assert_eq!(found[1].site_m, Point3::new(30.0, 30.0, 60.0));
         // The scene's own radar, in degrees: where the scene has it.
         let scene = scenarios::load_without_truth(&scenarios::locate("xsyn")).expect("a scene");
         let site = scene.sensors[0].site_m.expect("a site");

@@ -3,7 +3,7 @@
 use crate::picture::Pavement;
 use crate::siting::{Grid, Map, NO_DATA};
 use crate::siting_rating::Rating;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::sensors::asde::picture::Ground as _;
 use models::sensors::radar::shadow::Building;
 use scenarios::Scene;
@@ -137,7 +137,7 @@ fn range(map: &Map) -> (f32, f32) {
 pub fn png(
     map: &Map,
     grid: &Grid,
-    sites_m: &[Vector2<f64>],
+    sites_m: &[Point2<f64>],
     buildings: &[Building],
 ) -> Result<Vec<u8>, String> {
     let (columns, rows) = grid.size;
@@ -152,7 +152,7 @@ pub fn png(
         };
         canvas.set((i % columns) as i64, (i / columns) as i64, of);
     }
-    let pixel = |place: Vector2<f64>| {
+    let pixel = |place: Point2<f64>| {
         let away = (place - grid.first_m) / grid.step_m;
         (away.x, -away.y)
     };
@@ -214,14 +214,15 @@ pub fn candidates_png(scene: &Scene, grid: &Grid, ratings: &[Rating]) -> Result<
     let names = ratings.len().min(MOST_NAMES);
     let (width, height) = (columns.max(LEAST_WIDTH), rows + 14 * names + 8);
     let mut canvas = Canvas { width, height, rgb: vec![255; 3 * width * height] };
-    let pavement = Pavement::of(&scene.airport.layout, low.abs().sup(&high.abs()).max() + 10.0);
+    let pavement =
+        Pavement::of(&scene.airport.layout, low.coords.abs().sup(&high.coords.abs()).max() + 10.0);
     for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-        let place = Vector2::new(low.x + x as f64 * step_m, high.y - y as f64 * step_m);
+        let place = Point2::new(low.x + x as f64 * step_m, high.y - y as f64 * step_m);
         if pavement.factor(place) == 1.0 {
             canvas.set(x as i64, y as i64, [190; 3]);
         }
     }
-    let pixel = |place: Vector2<f64>| ((place.x - low.x) / step_m, (high.y - place.y) / step_m);
+    let pixel = |place: Point2<f64>| ((place.x - low.x) / step_m, (high.y - place.y) / step_m);
     for (a, b) in scene.buildings.iter().flat_map(Building::walls) {
         canvas.line(pixel(a), pixel(b), [0; 3]);
     }

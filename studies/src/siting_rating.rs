@@ -4,7 +4,7 @@ use crate::picture::Pavement;
 use crate::siting::{Grid, Map, NO_DATA, Subject, nearest, radar_maps, weight};
 use crate::siting_candidates::Candidate;
 use models::environment::Weather;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::asde::picture::Ground as _;
 use scenarios::{Scene, SensorScene};
 use serde_json::{Value, json};
@@ -73,7 +73,7 @@ pub struct Figures {
     /// Least Pd.
     pub worst_pd: f64,
     /// Where that is, m east and north.
-    pub worst_m: Vector2<f64>,
+    pub worst_m: Point2<f64>,
     /// Mean sigma where there is one, m; infinite if nowhere.
     pub sigma_m: f64,
     /// Share with a two-way loss by buildings above 1 dB.
@@ -109,7 +109,7 @@ impl Area {
     /// # Errors
     /// If no cell's middle is paved.
     pub fn of(scene: &Scene, grid: &Grid) -> Result<Self, String> {
-        let reach = |i: usize| grid.place(i).abs().max() + 2.0 * grid.step_m;
+        let reach = |i: usize| grid.place(i).coords.abs().max() + 2.0 * grid.step_m;
         let reach_m = reach(0).max(reach(grid.area.len().saturating_sub(1)));
         let pavement = Pavement::of(&scene.airport.layout, reach_m);
         let mut grid = grid.clone();
@@ -339,7 +339,7 @@ pub fn json(ratings: &[Rating]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use models::frames::Vector3;
+    use models::frames::Point3;
 
     fn map(layer: &'static str, values: [f32; 4]) -> Map {
         let (sensor, weather) = ("r".to_owned(), "w".to_owned());
@@ -348,7 +348,7 @@ mod tests {
 
     /// Three cells in a row count, of weights 4, 1, 1; the fourth does not.
     fn area() -> Area {
-        let (first_m, area) = (Vector2::zeros(), vec![true, true, true, false]);
+        let (first_m, area) = (Point2::origin(), vec![true, true, true, false]);
         let grid = Grid { first_m, step_m: 10.0, size: (4, 1), area };
         Area { grid, cells: vec![(0, 4.0), (1, 1.0), (2, 1.0)] }
     }
@@ -360,7 +360,7 @@ mod tests {
     }
 
     fn rating(name: &str, worst: Figures) -> Rating {
-        let site_m = Vector3::new(1.0, 2.0, 20.0);
+        let site_m = Point3::new(1.0, 2.0, 20.0);
         let candidate = Candidate { name: name.into(), site_m, present: false };
         let by_weather = vec![("dry".to_owned(), worst.clone())];
         Rating { candidate, worst, worst_at: ("stand A".into(), "dry".into()), by_weather }
@@ -372,7 +372,7 @@ mod tests {
         let f = figures([0.9, 0.95, NO_DATA, 0.0], [3.5, 4.5, NO_DATA, 100.0]);
         assert!((f.share - 2.0 / 3.0).abs() < 1e-12);
         assert!((f.covered - 4.0 / 6.0).abs() < 1e-12, "sigma of the second is too large");
-        assert_eq!((f.worst_pd, f.worst_m), (0.0, Vector2::new(20.0, 0.0)));
+        assert_eq!((f.worst_pd, f.worst_m), (0.0, Point2::new(20.0, 0.0)));
         assert!((f.sigma_m - 4.0).abs() < 1e-12, "where there is one");
         assert!((f.shadow_share - 1.0 / 3.0).abs() < 1e-12, "above 1 dB");
         assert!((f.ghosts - 0.1).abs() < 1e-6);
@@ -385,7 +385,7 @@ mod tests {
         let rain = figures([0.4, 0.95, 0.99, 1.0], [2.0; 4]);
         let (worst, weather) =
             worst_of(&[("dry".into(), dry), ("rain".into(), rain)]).expect("two");
-        assert_eq!((&*weather, worst.worst_m), ("rain", Vector2::zeros()));
+        assert_eq!((&*weather, worst.worst_m), ("rain", Point2::origin()));
         assert!((worst.worst_pd - 0.4).abs() < 1e-6);
         assert!((worst.sigma_m - 3.0).abs() < 1e-12);
         assert!((worst.covered - 2.0 / 6.0).abs() < 1e-12);

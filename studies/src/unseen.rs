@@ -7,7 +7,7 @@ use crate::bounds;
 use crate::scenes::{self, Leg, Noise, Scene};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::filter::{Estimator, FilterConfig, Rung, StateEstimator};
-use models::frames::Vector2;
+use models::frames::Point2;
 
 /// Scans at the start that do not count.
 const ACQUISITION: usize = 3;
@@ -119,17 +119,17 @@ pub fn generated(seed: u64, count: u32) -> Vec<Scene> {
 /// Five radars: fine, limited by noise, by cells, far away, and coarse.
 #[must_use]
 pub fn noises() -> [(&'static str, Noise); 5] {
-    let radar = |range_m: f64, deg: f64, radar_m: Vector2<f64>| Noise::Radar {
+    let radar = |range_m: f64, deg: f64, radar_m: Point2<f64>| Noise::Radar {
         range_m,
         azimuth_rad: deg.to_radians(),
         radar_m,
     };
-    let near = Vector2::new(900.0, -1400.0);
+    let near = Point2::new(900.0, -1400.0);
     [
         ("0.4 m", Noise::Circular(0.4)),
         ("thermal", radar(0.8348, 0.024_29, near)),
         ("cell", radar(1.5578, 0.072_17, near)),
-        ("cell at 4 km", radar(1.5578, 0.072_17, Vector2::new(900.0, -3900.0))),
+        ("cell at 4 km", radar(1.5578, 0.072_17, Point2::new(900.0, -3900.0))),
         ("8 m", Noise::Circular(8.0)),
     ]
 }

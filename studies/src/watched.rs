@@ -6,7 +6,7 @@ use models::control::parameters::Parameters;
 use models::control::scoring::Told;
 use models::control::situation::{Target, TargetClass};
 use models::flight_list::MovementKind;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::plot::Callsign;
 use models::sensors::{TargetState, Truth};
 use models::time::SimTime;
@@ -133,8 +133,8 @@ impl Book {
     pub fn look(&mut self, core: &Core, now: SimTime) {
         let exact = exact_targets(core, now);
         let place = |t: &'_ Target| Some((t.callsign?, t.position_m));
-        let places: Vec<(Callsign, Vector2<f64>)> = exact.iter().filter_map(place).collect();
-        let places: Vec<(&str, Vector2<f64>)> =
+        let places: Vec<(Callsign, Point2<f64>)> = exact.iter().filter_map(place).collect();
+        let places: Vec<(&str, Point2<f64>)> =
             places.iter().map(|(c, p)| (c.as_str(), *p)).collect();
         self.0.values_mut().for_each(|told| told.look(now.s(), &places));
     }

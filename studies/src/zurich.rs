@@ -1,6 +1,6 @@
 //! The movements at Zurich, as they come with the scenarios: truth, and the scene's sensors.
 
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3};
 use models::plot::Callsign;
 use models::sensors::asde::Asde;
 use models::sensors::{Sensor, TargetClass, TargetState, Truth};
@@ -39,7 +39,7 @@ impl Truth for Traffic<'_> {
         let truth = self.0.traffic.entities[index].trajectory.as_ref()?.at(time)?;
         let p = truth.position_m;
         Some(TargetState {
-            position_m: Vector3::new(p.x, p.y, p.z),
+            position_m: Point3::new(p.x, p.y, p.z),
             velocity_mps: truth.velocity_mps,
             heading_rad: truth.heading_rad,
         })
@@ -56,7 +56,7 @@ pub fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
         let failed = |e: &dyn std::fmt::Display| format!("sensor '{}': {e}", sensor.name);
         match (&sensor.asde, &sensor.reported) {
             (Some(radar), _) => {
-                let site_m = sensor.site_m.map_or_else(Vector2::zeros, |s| s.xy());
+                let site_m = sensor.site_m.map_or_else(Point2::origin, |s| s.xy());
                 let asde = Asde::new(sensor.id, site_m, radar.parameters.clone());
                 let asde = asde.map_err(|e| failed(&e))?;
                 Ok(Box::new(asde.among(Arc::from(scene.buildings.clone())).tolerating(tolerance)))
@@ -73,12 +73,12 @@ pub fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
 /// Stretches of the recorded movements on the ground: positions second by second, at most `samples`
 /// of each, with where they begin.
 #[must_use]
-pub fn stretches(scene: &Scene, samples: usize) -> Vec<(Callsign, Vec<Vector2<f64>>)> {
+pub fn stretches(scene: &Scene, samples: usize) -> Vec<(Callsign, Vec<Point2<f64>>)> {
     let mut found = Vec::new();
     for entity in &scene.traffic.entities {
         let Some(trajectory) = &entity.trajectory else { continue };
         let (from, to) = (trajectory.start().s().ceil(), trajectory.end().s());
-        let mut path: Vec<Vector2<f64>> = Vec::new();
+        let mut path: Vec<Point2<f64>> = Vec::new();
         let mut moved = false;
         let mut second = from;
         while second <= to {

@@ -109,7 +109,7 @@ impl Watched {
         for track in &report.tracks {
             let shown = by(&tracks, "number", &json!(track.number));
             assert_eq!(shown["callsign"], track.callsign.as_str());
-            assert_near(shown, track.position_m);
+            assert_near(shown, track.position_m.into());
             let x = get("width") / 2.0 + (track.position_m[0] - get("cx")) * get("scale");
             let y = get("height") / 2.0 - (track.position_m[1] - get("cy")) * get("scale");
             let at =

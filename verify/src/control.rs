@@ -8,7 +8,7 @@ use models::control::layout::{Area, AreaKind, Layout, RunwayAxis, StopBar};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
 use serde_json::Value;
@@ -28,11 +28,11 @@ fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)
 }
 
-fn point(value: &Value) -> Option<Vector2<f64>> {
-    Some(Vector2::new(value.get(0)?.as_f64()?, value.get(1)?.as_f64()?))
+fn point(value: &Value) -> Option<Point2<f64>> {
+    Some(Point2::new(value.get(0)?.as_f64()?, value.get(1)?.as_f64()?))
 }
 
-fn points(value: &Value) -> Option<Vec<Vector2<f64>>> {
+fn points(value: &Value) -> Option<Vec<Point2<f64>>> {
     list(value).iter().map(point).collect()
 }
 
@@ -228,7 +228,7 @@ fn target(track: &Value, now: SimTime, numbers: &mut BTreeMap<String, u16>) -> O
         },
         arriving: false,
         length_m: at(2)?,
-        position_m: Vector2::new(at(3)?, at(4)?),
+        position_m: Point2::new(at(3)?, at(4)?),
         velocity_mps: Vector2::new(at(5)?, at(6)?),
         // The cases say only whether it is in the air: over the strip, or on the ground.
         altitude_m: Some(if track[7].as_bool()? { 50.0 } else { 0.0 }),

@@ -2,7 +2,7 @@
 
 use crate::{CaseResult, Check, Judge};
 use geodesy::{Geodetic, LocalFrame};
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::adsb::{
     lag_m, latitude_step_m, position_uncertainty_m, rounding_sigma, sigma_of_radius_95,
 };
@@ -249,7 +249,7 @@ fn dgps(input: &Value) -> Option<Found> {
 }
 
 fn mlat(input: &Value) -> Option<Found> {
-    let point = |value: &Value| Some(Vector2::new(number(value, "x")?, number(value, "y")?));
+    let point = |value: &Value| Some(Point2::new(number(value, "x")?, number(value, "y")?));
     let mut stations = Vec::new();
     for station in input.get("stations")?.as_array()? {
         stations.push(point(station)?);

@@ -6,7 +6,7 @@ use models::environment::mie::MieRain;
 use models::environment::rain::{self, RainLaw};
 use models::environment::surface::{Complex, Fresnel, Material, Roughness, modulus};
 use models::environment::{Weather, gas, wavelength_m};
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::asde::{AsdeParameters, DetectionRule, Energy};
 use models::sensors::measurement::{angle_sigma, delay_sigma_s, energy_ratio, range_sigma_m};
 use models::sensors::radar::antenna::Pattern;
@@ -421,8 +421,8 @@ fn scene(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
     let ground_m = c.number("d")?;
     let echo =
         Echo { ground_m, height_m: c.number("ht")?, extent_m: 0.0, rcs_m2: c.number("rcs")? };
-    let target_m = Vector2::new(0.0, ground_m);
-    let (air, site_m) = (radar.air(&weather), Vector2::zeros());
+    let target_m = Point2::new(0.0, ground_m);
+    let (air, site_m) = (radar.air(&weather), Point2::origin());
     let budget = radar.budget(&air, &levels, &echo, site_m, target_m);
     for (quantity, found) in [
         ("R", budget.range_m),

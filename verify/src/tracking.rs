@@ -9,7 +9,7 @@ use models::filter::steady;
 use models::filter::three_state::ThreeState;
 use models::filter::ud::Ud;
 use models::filter::{Start, StateEstimator, weights};
-use models::frames::{Azimuth, Matrix2, Vector2, wrap_pi};
+use models::frames::{Azimuth, Matrix2, Point2, Vector2, wrap_pi};
 use models::plot::{Plot, SensorId, SensorKind};
 use models::plot::{polar_bias_m, polar_to_cartesian, principal_axes};
 use models::time::SimTime;
@@ -162,7 +162,7 @@ fn plot(time_s: f64, position: [f64; 2], r: [[f64; 2]; 2]) -> Plot {
         kind: SensorKind::Asde,
         time: SimTime::from_s(time_s),
         sequence: 0,
-        position_m: Vector2::new(position[0], position[1]),
+        position_m: Point2::new(position[0], position[1]),
         axis,
         along_m2,
         across_m2,

@@ -7,7 +7,7 @@ use models::filter::events::change_moments;
 use models::filter::fixed_lag::FixedLag;
 use models::filter::motion::Motion;
 use models::filter::{Gaussian, Measurement, Sym2};
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::fusion::extent::Moments;
 use models::fusion::near_side::{Body, EchoLaw, Kappa, derivatives, half_extents_m};
 use models::fusion::registration::{Joint, Pair};
@@ -157,7 +157,7 @@ fn model_choice(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
 
 /// A plot of the position of an axis, the same on both.
 fn on_both_axes(z: f64, r: f64) -> Measurement {
-    Measurement::Position { z: Vector2::new(z, z), r: Sym2 { xx: r, xy: 0.0, yy: r } }
+    Measurement::Position { z: Point2::new(z, z), r: Sym2 { xx: r, xy: 0.0, yy: r } }
 }
 
 /// Places of the numbers of the east axis and of north's position in the state.
@@ -172,7 +172,7 @@ fn fixed_lag(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
     let motion = Motion::ConstantAcceleration { q: case.number("q")? };
     // The first plot is the start.
     let mut state = Gaussian::at_position(
-        Vector2::repeat(start[0]),
+        Point2::new(start[0], start[0]),
         Sym2 { xx: vars[0], xy: 0.0, yy: vars[0] },
         vars[1].sqrt(),
         vars[2].sqrt(),
@@ -231,8 +231,10 @@ fn fixed_lag(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
 
 fn extent(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
     let point = |p: Vec<f64>| Some(Vector2::new(*p.first()?, *p.get(1)?));
-    let cells: Vec<Vector2<f64>> =
-        rows(&case.input["cells"])?.into_iter().map(point).collect::<Option<_>>()?;
+    let cells: Vec<Point2<f64>> = rows(&case.input["cells"])?
+        .into_iter()
+        .map(|p| point(p).map(Point2::from))
+        .collect::<Option<_>>()?;
     let (centroid, moments) = Moments::of(&cells, case.number("cell_variance")?)?;
     let velocity = match case.list("velocity") {
         Some(velocity) => point(velocity)?,

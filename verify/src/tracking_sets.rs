@@ -8,7 +8,7 @@ use models::association::kinematic_gate::{ClassLimits, Departure, ReachableSet, 
 use models::association::lbp::{Belief, Edge};
 use models::association::one_to_one::OneToOne;
 use models::association::sparse::Sparse;
-use models::frames::{Matrix2, Matrix4, Vector2};
+use models::frames::{Matrix2, Matrix4, Point2, Vector2};
 use models::score;
 
 use serde_json::Value;
@@ -70,8 +70,8 @@ fn pair(value: &Value) -> Option<Vector2<f64>> {
     }
 }
 
-fn points(value: &Value) -> Option<Vec<Vector2<f64>>> {
-    value.as_array()?.iter().map(pair).collect()
+fn points(value: &Value) -> Option<Vec<Point2<f64>>> {
+    value.as_array()?.iter().map(|place| pair(place).map(Point2::from)).collect()
 }
 
 /// Largest cluster that a vector file may ask for, `tracks · 2^plots`.
@@ -324,14 +324,14 @@ fn kinematic_gate(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) 
         return None;
     }
     let target = Departure {
-        position_m: pair(input.get("p")?)?,
+        position_m: pair(input.get("p")?)?.into(),
         velocity_mps: pair(input.get("v")?)?,
         covariance: Matrix4::from_fn(|i, j| p4[i][j]),
     };
     let dt_s = number(input.get("dt")?)?;
     let limit = number(input.get("g2")?)?;
     let r = Matrix2::from_fn(|i, j| r[i][j]);
-    let Some(found) = reach(&limits, &target, dt_s, pair(input.get("z")?)?, r) else {
+    let Some(found) = reach(&limits, &target, dt_s, pair(input.get("z")?)?.into(), r) else {
         judge.holds("the gate answers", false);
         return Some(());
     };
@@ -340,7 +340,7 @@ fn kinematic_gate(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) 
     let accept = expected.get("accept")?.as_bool()?;
     judge.holds("decision", (found.m <= limit) == accept);
     if let Some(hull) = expected.get("hull_along_left").filter(|h| !h.is_null()) {
-        let hull = points(hull)?;
+        let hull: Vec<_> = hull.as_array()?.iter().map(pair).collect::<Option<_>>()?;
         let set = ReachableSet::new(&limits, target.velocity_mps.norm(), dt_s);
         // As sets of points: the three accelerations of one turn rate end on one line, so whether
         // the middle one is a vertex is a matter of rounding.

@@ -4,7 +4,7 @@
 use crate::{CaseResult, Check, Judge};
 use geodesy::Geodetic;
 use models::airport::Airport;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::traffic::ordered::{Holding, is_ordered};
 use models::traffic::outline::{Size, distance_m, outline};
 use models::traffic::profile::{Leg, leg_profile, stopping};
@@ -203,8 +203,8 @@ fn outlines(file: &Value) -> Vec<CaseResult> {
     };
     cases(file, &|case, judge| {
         let (a, b) = (size(&case.input["type_a"])?, size(&case.input["type_b"])?);
-        let at = Vector2::new(case.number("east_m")?, case.number("north_m")?);
-        let first = outline(a, Vector2::zeros(), case.number("heading_a_deg")?.to_radians());
+        let at = Point2::new(case.number("east_m")?, case.number("north_m")?);
+        let first = outline(a, Point2::origin(), case.number("heading_a_deg")?.to_radians());
         let second = outline(b, at, case.number("heading_b_deg")?.to_radians());
         let distance = distance_m(&first, &second);
         case.is(judge, "distance_m", Some(distance));

@@ -65,7 +65,7 @@ fn degrees(rad: f64) -> f64 {
 }
 
 fn track(gateway: &Gateway, x: &TrackMessage, pair: Option<(&TruthMessage, f64)>) -> Track {
-    let [lat_deg, lon_deg] = gateway.place(x.position_m);
+    let [lat_deg, lon_deg] = gateway.place(x.position_m.into());
     Track {
         track: x.number,
         status: Said(x.status),
@@ -119,7 +119,7 @@ fn plot(x: &PlotMessage) -> Plot {
 }
 
 fn truth(gateway: &Gateway, x: &TruthMessage) -> Truth {
-    let [east_m, north_m, up_m] = x.position_m;
+    let [east_m, north_m, up_m]: [f64; 3] = x.position_m.into();
     let place = gateway.frame.to_ecef(geodesy::Enu { east_m, north_m, up_m }).to_geodetic();
     Truth {
         entity: x.key(),

@@ -8,6 +8,7 @@ use crate::runtime::messages::{
     TruthMessage, WeatherNotice,
 };
 use models::flight_list::{MovementKind, WakeCategory};
+use models::frames::{Point2, Point3};
 use models::plot::SensorKind;
 use models::track::{TrackStatus, TrackType};
 use scenarios::Scene;
@@ -70,7 +71,7 @@ fn scan(time_ns: i64) -> ScanReport {
         status: TrackStatus::Confirmed,
         first: false,
         time_ns,
-        position_m: [1200.25, -400.5],
+        position_m: Point2::new(1200.25, -400.5),
         velocity_mps: [3.0, -4.0],
         cov_m2: [4.0, -1.0, 9.0],
         acceleration_ms2: [0.0; 2],
@@ -93,7 +94,7 @@ fn scan(time_ns: i64) -> ScanReport {
         sensor: 1,
         kind: SensorKind::Asde,
         time_ns: time_ns - 100,
-        position_m: [1203.0, -404.0],
+        position_m: Point2::new(1203.0, -404.0),
         cov_m2: [4.0, 0.0, 4.0],
         ellipse: [1.0, 0.0, 4.0, 4.0],
         altitude_m: None,
@@ -102,7 +103,7 @@ fn scan(time_ns: i64) -> ScanReport {
         scnr_db: Some(f64::INFINITY),
         identity: String::new(),
         cause: "SWR1".into(),
-        truth_m: Some([1200.0, -400.0]),
+        truth_m: Some(Point2::new(1200.0, -400.0)),
         sequence: 3,
         track: Some(7),
         effects: Vec::new(),
@@ -113,7 +114,7 @@ fn scan(time_ns: i64) -> ScanReport {
         type_designator: "A320".into(),
         aircraft: true,
         size_m: [37.6, 34.1],
-        position_m: [1200.0, -400.0, 0.0],
+        position_m: Point3::new(1200.0, -400.0, 0.0),
         velocity_mps: [3.0, -4.0, 0.0],
         heading_rad: 2.5,
         ours: true,

@@ -7,6 +7,7 @@ use models::control::advice::{self, Became, Decision};
 use models::control::alert::{AlertKind, Change, Stage};
 use models::control::clearance::ClearanceKind;
 use models::flight_list::{MovementKind, WakeCategory};
+use models::frames::Point2;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 
@@ -53,7 +54,7 @@ pub struct StandNotice {
     /// Who.
     pub callsign: String,
     /// Where it is, m east and north.
-    pub stand_m: [f64; 2],
+    pub stand_m: Point2<f64>,
 }
 
 /// What one sensor saw in a scan; several in a row where one would be too long.
@@ -77,7 +78,7 @@ pub struct CausedPlot {
     /// Number within the sensor and scan.
     pub sequence: u32,
     /// Position, m east and north.
-    pub position_m: [f64; 2],
+    pub position_m: Point2<f64>,
     /// First direction of the error ellipse.
     pub axis: [f64; 2],
     /// Variances along and across it, m².
@@ -97,7 +98,7 @@ pub struct CausedPlot {
     /// Key of the entity; none of a false plot.
     pub key: Option<u64>,
     /// Where that was, m east and north.
-    pub truth_m: Option<[f64; 2]>,
+    pub truth_m: Option<Point2<f64>>,
     /// What each effect did, with its unit.
     pub effects: Vec<(String, f64, String)>,
 }
@@ -256,7 +257,7 @@ pub struct TrackNotice {
     /// First message of this track.
     pub first: bool,
     /// Position, m east and north.
-    pub position_m: [f64; 2],
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north.
     pub velocity_mps: [f64; 2],
     /// Height above the aerodrome reference, m.
@@ -282,7 +283,7 @@ pub struct ClearanceNotice {
     /// Place along the runway from its first end, m.
     pub place_m: Option<f64>,
     /// Cleared way, m east and north; empty where it is no way.
-    pub way_m: Vec<[f64; 2]>,
+    pub way_m: Vec<Point2<f64>>,
 }
 
 /// What happened to a control alert in a scan.
@@ -310,7 +311,7 @@ pub struct AlertMessage {
     /// Message type in ASTERIX category 004.
     pub asterix: u8,
     /// Where, m east and north.
-    pub place_m: [f64; 2],
+    pub place_m: Point2<f64>,
     /// Counted in the run from 1: told again for a while, because a message may be lost. 0: not counted.
     pub number: u64,
 }
@@ -358,7 +359,7 @@ pub struct FlightNotice {
     /// Stand.
     pub stand: String,
     /// Position of the stand, m east and north, where known.
-    pub stand_m: Option<[f64; 2]>,
+    pub stand_m: Option<Point2<f64>>,
     /// Estimated time of arrival or calculated time of departure, ns of simulated time.
     pub eta_ctd_ns: i64,
     /// Off-block time of a departure, ns of simulated time.

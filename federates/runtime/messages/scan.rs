@@ -2,6 +2,7 @@
 
 use super::words;
 use models::flight_list::{MovementKind, WakeCategory};
+use models::frames::{Point2, Point3};
 use models::plot::SensorKind;
 use models::track::{TrackStatus, TrackType};
 use serde::{Deserialize, Serialize};
@@ -23,7 +24,7 @@ pub struct TrackMessage {
     /// Time of validity, ns of simulated time.
     pub time_ns: i64,
     /// Position, m east and north.
-    pub position_m: [f64; 2],
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north.
     pub velocity_mps: [f64; 2],
     /// Covariance of the position, m²: ee, en, nn.
@@ -68,7 +69,7 @@ pub struct LagMessage {
     /// Time of validity, ns of simulated time.
     pub time_ns: i64,
     /// Position, m east and north.
-    pub position_m: [f64; 2],
+    pub position_m: Point2<f64>,
     /// Its covariance, m²: ee, en, nn.
     pub cov_m2: [f64; 3],
     /// No plot came between: it is what was published then.
@@ -87,7 +88,7 @@ pub struct ForeignReport {
     /// Time of validity, ns of simulated time.
     pub time_ns: i64,
     /// Position, m east and north.
-    pub position_m: [f64; 2],
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north, where it is said.
     pub velocity_mps: Option<[f64; 2]>,
     /// Call sign; empty if none.
@@ -111,7 +112,7 @@ pub struct PlotMessage {
     /// Time of the measurement, ns of simulated time.
     pub time_ns: i64,
     /// Position, m east and north.
-    pub position_m: [f64; 2],
+    pub position_m: Point2<f64>,
     /// Covariance, m²: ee, en, nn.
     pub cov_m2: [f64; 3],
     /// First direction of the error ellipse (unit vector, east and north), variance along and across it, m².
@@ -129,7 +130,7 @@ pub struct PlotMessage {
     /// Entity that caused it (call sign), for evaluation; empty for false alarms.
     pub cause: String,
     /// True position at the time of the measurement, m east and north; none for false alarms.
-    pub truth_m: Option<[f64; 2]>,
+    pub truth_m: Option<Point2<f64>>,
     /// Number within the sensor and scan; with scan and sensor it names the plot.
     pub sequence: u32,
     /// Track that took it.
@@ -152,7 +153,7 @@ pub struct TruthMessage {
     /// Length and span, m.
     pub size_m: [f64; 2],
     /// Position, m east, north, up.
-    pub position_m: [f64; 3],
+    pub position_m: Point3<f64>,
     /// Velocity, m/s east, north, up.
     pub velocity_mps: [f64; 3],
     /// Where the nose points, rad clockwise from north.

@@ -1,6 +1,7 @@
 //! Rows of the tables of a run as what they were when they were written, in databases of any version.
 
 use crate::runtime::messages::{LagMessage, PlotMessage, TrackMessage, TruthMessage};
+use models::frames::{Point2, Point3};
 use models::words::Word;
 use rusqlite::types::Type;
 use rusqlite::{Connection, Error, Row, RowIndex};
@@ -85,7 +86,7 @@ pub(super) fn truth(row: &Row<'_>) -> rusqlite::Result<TruthMessage> {
         id: [(entity >> 32) as u16, (entity >> 16) as u16, entity as u16],
         callsign: words(row, 1)?,
         type_designator: words(row, 2)?,
-        position_m: [real(row, 3)?, real(row, 4)?, real(row, 5)?],
+        position_m: Point3::new(real(row, 3)?, real(row, 4)?, real(row, 5)?),
         velocity_mps: [real(row, 6)?, real(row, 7)?, row.get::<_, Option<f64>>(8)?.unwrap_or(0.0)],
         heading_rad: angle(row, 9)?,
         // What the first version of the tables did not keep: an aircraft of no known size.
@@ -148,7 +149,7 @@ pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackM
     let lag = match lag_time {
         Some(time_ns) => Some(LagMessage {
             time_ns,
-            position_m: [real(row, 16)?, real(row, 17)?],
+            position_m: Point2::new(real(row, 16)?, real(row, 17)?),
             cov_m2: [real(row, 18)?, real(row, 19)?, real(row, 20)?],
             coasted: row.get::<_, Option<bool>>(21)?.unwrap_or(false),
             error_m: row.get(22)?,
@@ -160,7 +161,7 @@ pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackM
         status: value(row, 1)?,
         track_type: value(row, 2)?,
         callsign: words(row, 3)?,
-        position_m: [real(row, 4)?, real(row, 5)?],
+        position_m: Point2::new(real(row, 4)?, real(row, 5)?),
         velocity_mps: [real(row, 6)?, real(row, 7)?],
         heading_rad: angle(row, 8)?,
         altitude_m: row.get(10)?,
@@ -225,14 +226,14 @@ pub(super) fn plot(row: &Row<'_>) -> rusqlite::Result<PlotMessage> {
         sequence: row.get(1)?,
         kind: value(row, 2)?,
         time_ns: row.get(3)?,
-        position_m: [real(row, 4)?, real(row, 5)?],
+        position_m: Point2::new(real(row, 4)?, real(row, 5)?),
         cov_m2: [real(row, 6)?, real(row, 7)?, real(row, 8)?],
         polar,
         scnr_db: row.get(12)?,
         identity: words(row, 13)?,
         track: row.get(14)?,
         cause: words(row, 15)?,
-        truth_m: truth.0.zip(truth.1).map(|(x, y)| [x, y]),
+        truth_m: truth.0.zip(truth.1).map(|(x, y)| Point2::new(x, y)),
         ellipse: [real(row, 18)?, real(row, 19)?, real(row, 20)?, real(row, 21)?],
         altitude_m: row.get(22)?,
         velocity_mps: None, // of no frame

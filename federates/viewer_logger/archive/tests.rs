@@ -7,6 +7,7 @@ use crate::viewer_logger::picture::{AirportMap, RunInfo};
 use crate::viewer_logger::said::Topic;
 use crate::viewer_logger::tests::{scan, weather};
 use models::control::alert::{AlertKind, Change, Stage};
+use models::frames::Point2;
 use models::plot::SensorKind;
 
 /// Scans with everything that a frame may hold, wild figures included.
@@ -23,7 +24,7 @@ fn wild(n: u64) -> ScanReport {
     }
     let mut second = report.tracks[0].clone();
     second.number = 1;
-    second.position_m = [f64::INFINITY, 1e300];
+    second.position_m = Point2::new(f64::INFINITY, 1e300);
     second.callsign = "ÄÖÜ-emoji-🛫-long".to_owned();
     report.tracks.insert(usize::from(n.is_multiple_of(2)), second);
     let mut outsider = report.truth[0].clone();
@@ -179,7 +180,7 @@ fn what_was_said_beside_the_scans_is_read_as_it_was_at_each_time() {
         subjects: "SWR1".into(),
         since_ns: 0,
         asterix: 16,
-        place_m: [5.0, 6.0],
+        place_m: Point2::new(5.0, 6.0),
         number: 0,
     };
     log.alerts(&[alert(Change::Raised, Stage::Information, 2)]).expect("written");

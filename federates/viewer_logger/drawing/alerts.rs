@@ -23,7 +23,7 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
             .subjects
             .iter()
             .filter_map(|name| subject(shown.scan, name))
-            .map(|track| pen.at(track.position_m))
+            .map(|track| pen.at(track.position_m.into()))
             .collect();
         for [x, y] in &subjects {
             pen.dashed(
@@ -71,7 +71,7 @@ fn runway_of<'a>(alert: &AlertLine<'_>, shown: &Shown<'a>) -> Option<&'a RunwayS
     let on = |place: [f64; 2], beside| shown.map.runways.iter().find(|r| is_on(r, place, beside));
     let tracks = alert.subjects.iter().filter_map(|name| subject(shown.scan, name));
     let ground = tracks.filter(|t| t.altitude_m.is_none_or(|m| m <= AIRBORNE_M));
-    let mut places = std::iter::once(alert.place_m).chain(ground.map(|t| t.position_m));
+    let mut places = std::iter::once(alert.place_m).chain(ground.map(|t| t.position_m.into()));
     places.find_map(|place| on(place, 0.0)).or_else(|| on(alert.place_m, STRIP_M))
 }
 
@@ -96,7 +96,7 @@ fn subject<'a>(scan: &'a ScanReport, name: &str) -> Option<&'a TrackMessage> {
     of(&|t| t.callsign == name && t.assumed.is_empty())
         .or_else(|| of(&|t| t.callsign.is_empty() && t.number.to_string() == name))
         .or_else(|| of(&|t| t.callsign == name))
-        .filter(|track| sound(track.position_m))
+        .filter(|track| sound(track.position_m.into()))
 }
 
 #[cfg(test)]
@@ -115,7 +115,7 @@ mod tests {
         let outlined =
             |kind: AlertKind, stage: Stage, place_m: [f64; 2], track_m: [f64; 2], up_m| {
                 let mut scan = crate::viewer_logger::tests::scan(3);
-                scan.tracks[0].position_m = track_m;
+                scan.tracks[0].position_m = track_m.into();
                 scan.tracks[0].altitude_m = Some(up_m);
                 let alert = AlertLine {
                     id: 1,

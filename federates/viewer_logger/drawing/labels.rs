@@ -81,8 +81,8 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
         .map(|r| ring(r, 10.0).into_iter().map(|p| pen.at(p)).collect())
         .collect();
     let mut wanted: Vec<Wanted<'_>> = Vec::new();
-    for track in shown.scan.tracks.iter().filter(|t| targets::sound(t.position_m)) {
-        let at = pen.at(track.position_m);
+    for track in shown.scan.tracks.iter().filter(|t| targets::sound(t.position_m.into())) {
+        let at = pen.at(track.position_m.into());
         if !pen.inside(at, 0.0) {
             continue;
         }

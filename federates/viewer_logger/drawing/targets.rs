@@ -15,7 +15,7 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
         rain(pen, shown);
     }
     let tracks: Vec<&TrackMessage> = match pen.on("tracks") {
-        true => scan.tracks.iter().filter(|t| sound(t.position_m)).collect(),
+        true => scan.tracks.iter().filter(|t| sound(t.position_m.into())).collect(),
         false => Vec::new(),
     };
     if pen.on("history") {
@@ -39,14 +39,15 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
         let pairs = frame::pairs(scan);
         for track in &tracks {
             let Some((index, _)) = pairs.get(&track.number) else { continue };
-            let [x, y, _] = scan.truth[*index].position_m;
-            let ends = [pen.at(track.position_m), pen.at([x, y])].to_vec();
+            let [x, y, _]: [f64; 3] = scan.truth[*index].position_m.into();
+            let ends = [pen.at(track.position_m.into()), pen.at([x, y])].to_vec();
             pen.line(ends, error, 1.6);
         }
     }
     if pen.on("vectors") {
         for track in &tracks {
-            let ([vx, vy], [x, y]) = (track.velocity_mps, track.position_m);
+            let ([vx, vy], [x, y]): ([f64; 2], [f64; 2]) =
+                (track.velocity_mps, track.position_m.into());
             if libm::hypot(vx, vy) >= STILL_MPS {
                 let s = pen.view.vector_s;
                 let ends = [pen.at([x, y]), pen.at([x + vx * s, y + vy * s])].to_vec();
@@ -60,7 +61,7 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
     }
     let chosen = tracks.iter().find(|t| is_selected(pen, t));
     if let Some(track) = chosen {
-        let ([x, y], colour) = (pen.at(track.position_m), pen.colour("select"));
+        let ([x, y], colour) = (pen.at(track.position_m.into()), pen.colour("select"));
         for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
             let corner = [[12.0, 7.0], [12.0, 12.0], [7.0, 12.0]];
             let points = corner.map(|[a, b]| [x + sx * a, y + sy * b]).to_vec();
@@ -122,8 +123,8 @@ fn trails(pen: &mut Pen<'_>, shown: &Shown<'_>) {
 
 fn plots(pen: &mut Pen<'_>, shown: &Shown<'_>) {
     let kinds = KindLook::all();
-    for plot in shown.scan.plots.iter().filter(|p| sound(p.position_m)) {
-        let [x, y] = pen.at(plot.position_m);
+    for plot in shown.scan.plots.iter().filter(|p| sound(p.position_m.into())) {
+        let [x, y] = pen.at(plot.position_m.into());
         if !pen.inside([x, y], 4.0) {
             continue;
         }
@@ -155,7 +156,7 @@ fn ellipse(pen: &mut Pen<'_>, track: &TrackMessage) {
     if !(4.0..=4000.0).contains(&(a * scale)) {
         return;
     }
-    let [x, y] = track.position_m;
+    let [x, y]: [f64; 2] = track.position_m.into();
     let point = |k: usize| {
         let t = k as f64 * std::f64::consts::TAU / 48.0;
         let (u, v) = (a * libm::cos(t), b * libm::sin(t));
@@ -183,7 +184,7 @@ const HALF: [[f64; 2]; 10] = [
 const VEHICLE: [[f64; 2]; 5] = [[-0.5, -0.5], [-0.5, 0.3], [0.0, 0.5], [0.5, 0.3], [0.5, -0.5]];
 
 fn outline(pen: &mut Pen<'_>, truth: &TruthMessage) {
-    let [x, y, _] = truth.position_m;
+    let [x, y, _]: [f64; 3] = truth.position_m.into();
     if !sound([x, y]) {
         return;
     }
@@ -210,7 +211,7 @@ fn outline(pen: &mut Pen<'_>, truth: &TruthMessage) {
 }
 
 fn symbol(pen: &mut Pen<'_>, track: &TrackMessage) {
-    let at = pen.at(track.position_m);
+    let at = pen.at(track.position_m.into());
     let colour = pen.colour(colour_of(track));
     if !pen.inside(at, 8.0) {
         return;

@@ -1,5 +1,6 @@
 use super::*;
 use crate::viewer_logger::tests::{scan, weather};
+use models::frames::Point2;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A folder that goes with its value.
@@ -140,7 +141,7 @@ fn figures_that_are_none_are_null() {
     let folder = Folder::new();
     let mut log = create(&folder);
     let mut bad = scan(1);
-    bad.tracks[0].position_m = [f64::NAN, f64::INFINITY];
+    bad.tracks[0].position_m = Point2::new(f64::NAN, f64::INFINITY);
     bad.plots[0].cause.clear();
     log.scan(&bad).expect("written");
     let reader = Connection::open(folder.file()).expect("reader");

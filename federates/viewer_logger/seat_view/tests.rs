@@ -3,6 +3,7 @@ use super::super::{Outgoing, Session, Viewer, frame, picture, said::Topic};
 use super::*;
 use crate::runtime::messages::{AlertMessage, ScanReport};
 use models::control::alert::{AlertKind, Change, Stage};
+use models::frames::{Point2, Point3};
 use serde_json::json;
 
 /// An aircraft, a car beside it, another one behind a building, and one 3 km away; each has a track, the first one a plot.
@@ -23,10 +24,10 @@ fn busy() -> ScanReport {
         let number = 10 + i as u16;
         let mut t = truth.clone();
         (t.id, t.callsign, t.aircraft) = ([1, 2, number], callsign.to_owned(), i % 3 == 0);
-        (t.position_m, t.track) = ([at[0], at[1], 0.0], Some((number, 0.5)));
+        (t.position_m, t.track) = (Point3::new(at[0], at[1], 0.0), Some((number, 0.5)));
         all.truth.push(t);
         let mut k = track.clone();
-        (k.number, k.callsign, k.position_m) = (number, callsign.to_owned(), at);
+        (k.number, k.callsign, k.position_m) = (number, callsign.to_owned(), at.into());
         all.tracks.push(k);
     }
     all.plots[0].track = Some(10);
@@ -62,7 +63,7 @@ fn viewer(visibility_m: f64) -> Viewer {
         subjects: "CAR2 BAW2".to_owned(),
         since_ns: 3_000_000_000,
         asterix: 9,
-        place_m: [0.0; 2],
+        place_m: Point2::origin(),
         number: 1,
     }]);
     viewer

@@ -76,7 +76,7 @@ impl Truth for Between<'_> {
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         let Target { now, before, .. } = &self.targets[index];
-        let (p1, v1) = (Vector3::from(now.position_m), Vector3::from(now.velocity_mps));
+        let (p1, v1) = (now.position_m, Vector3::from(now.velocity_mps));
         let since_s = time.since_s(self.at);
         let Some(before) = before.filter(|_| since_s > -self.step_s && since_s < 0.0) else {
             let position_m = p1 + v1 * since_s;
@@ -88,15 +88,15 @@ impl Truth for Between<'_> {
         };
         // Hermite's cubic through both states.
         let (h, u) = (self.step_s, 1.0 + since_s / self.step_s);
-        let (p0, v0) = (Vector3::from(before.position_m), Vector3::from(before.velocity_mps));
+        let (p0, v0) = (before.position_m.coords, Vector3::from(before.velocity_mps));
         let (u2, u3) = (u * u, u * u * u);
         let position_m = p0 * (2.0 * u3 - 3.0 * u2 + 1.0)
             + v0 * (h * (u3 - 2.0 * u2 + u))
-            + p1 * (3.0 * u2 - 2.0 * u3)
+            + p1.coords * (3.0 * u2 - 2.0 * u3)
             + v1 * (h * (u3 - u2));
         let turned_rad = wrap_pi(now.heading_rad - before.heading_rad);
         Some(TargetState {
-            position_m,
+            position_m: position_m.into(),
             velocity_mps: v0 + (v1 - v0) * u,
             heading_rad: before.heading_rad + turned_rad * u,
         })

@@ -1,6 +1,5 @@
 use super::between::Target;
 use super::*;
-use models::frames::Vector3;
 use models::plot::Callsign;
 use models::sensors::{TargetClass, TargetState};
 
@@ -19,7 +18,7 @@ fn truth_at(scene: &Scene, at: SimTime) -> Vec<TruthMessage> {
             type_designator: designator(entity),
             aircraft: true,
             size_m: [30.0, 30.0],
-            position_m: [state.position_m.x, state.position_m.y, state.position_m.z],
+            position_m: state.position_m,
             velocity_mps: state.velocity_mps.into(),
             heading_rad: state.heading_rad,
             ours: true,
@@ -113,9 +112,8 @@ fn the_run_s_own_row_has_the_plots_of_the_run() {
         fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
             let entity = &self.0.traffic.entities[self.1[index].1];
             let state = entity.trajectory.as_ref()?.at(time)?;
-            let p = state.position_m;
             Some(TargetState {
-                position_m: Vector3::new(p.x, p.y, p.z),
+                position_m: state.position_m,
                 velocity_mps: state.velocity_mps,
                 heading_rad: state.heading_rad,
             })

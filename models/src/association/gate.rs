@@ -57,6 +57,7 @@ pub fn chi_square_survival(dof: u32, x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::filter::{Measurement, Sym2, nis_at};
+    use crate::frames::Point2;
     use crate::frames::{Matrix2, Vector2};
 
     #[test]
@@ -107,7 +108,7 @@ mod tests {
     fn hard_cases_of_the_gate() {
         let look = |nu: Vector2<f64>, s: Sym2| {
             let r = Sym2 { xx: 0.0, xy: 0.0, yy: 0.0 };
-            nis_at(Vector2::zeros(), s, &Measurement::Position { z: nu, r })
+            nis_at(Point2::origin(), s, &Measurement::Position { z: nu.into(), r })
         };
         let nu = Vector2::new(1.0, 2.0);
         for (name, xx, xy, yy) in [

@@ -1,11 +1,11 @@
 //! Candidates: a uniform grid of the plots, filled by a counting sort, searched by boxes.
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, center};
 
 /// Plots sorted by cell.
 #[derive(Clone, Debug, Default)]
 pub struct Grid {
-    origin: Vector2<f64>,
+    origin: Point2<f64>,
     cell: f64,
     inverse_cell: f64,
     last_column: u32,
@@ -22,12 +22,12 @@ pub struct Grid {
 impl Grid {
     /// Fills the grid. `cell_m` is the wished cell size (about the size of a search box); it grows
     /// where the extent would need more than four cells a plot. Positions must be finite.
-    pub fn fill(&mut self, positions_m: &[Vector2<f64>], cell_m: f64) {
+    pub fn fill(&mut self, positions_m: &[Point2<f64>], cell_m: f64) {
         let first = positions_m.first().copied().unwrap_or_default();
         let (mut low, mut high) = (first, first);
         for p in positions_m {
-            low = Vector2::new(smaller(p.x, low.x), smaller(p.y, low.y));
-            high = Vector2::new(larger(p.x, high.x), larger(p.y, high.y));
+            low = Point2::new(smaller(p.x, low.x), smaller(p.y, low.y));
+            high = Point2::new(larger(p.x, high.x), larger(p.y, high.y));
         }
         let extent = high - low;
         let limit = (4 * positions_m.len() + 16) as f64;
@@ -79,8 +79,8 @@ impl Grid {
     #[inline]
     pub fn runs(
         &self,
-        low: Vector2<f64>,
-        high: Vector2<f64>,
+        low: Point2<f64>,
+        high: Point2<f64>,
         mut visit: impl FnMut(std::ops::Range<usize>),
     ) {
         if self.misses(low, high) {
@@ -98,7 +98,7 @@ impl Grid {
 
     /// No cell touches the box.
     #[inline]
-    fn misses(&self, low: Vector2<f64>, high: Vector2<f64>) -> bool {
+    fn misses(&self, low: Point2<f64>, high: Point2<f64>) -> bool {
         let outside = |lo: f64, hi: f64, origin: f64, last: u32| {
             let end = origin + f64::from(last + 1) * self.cell;
             !(hi >= origin && lo <= end) // also for NaN
@@ -110,7 +110,7 @@ impl Grid {
 
     /// Cells (columns, rows) that touch a box that does not miss the grid.
     #[inline]
-    fn cells(&self, low: Vector2<f64>, high: Vector2<f64>) -> [usize; 2] {
+    fn cells(&self, low: Point2<f64>, high: Point2<f64>) -> [usize; 2] {
         let columns = self.column(high.x).saturating_sub(self.column(low.x)) + 1;
         [columns, self.row(high.y).saturating_sub(self.row(low.y)) + 1]
     }
@@ -118,7 +118,7 @@ impl Grid {
     /// No more plots than this lie in the cells that touch the box.
     #[inline]
     #[must_use]
-    pub fn at_most(&self, low: Vector2<f64>, high: Vector2<f64>) -> usize {
+    pub fn at_most(&self, low: Point2<f64>, high: Point2<f64>) -> usize {
         if self.misses(low, high) {
             return 0;
         }
@@ -130,8 +130,8 @@ impl Grid {
     /// plots, or the plots of a few cells, are left. True if it was made smaller.
     pub fn runs_near(
         &self,
-        low: Vector2<f64>,
-        high: Vector2<f64>,
+        low: Point2<f64>,
+        high: Point2<f64>,
         most: usize,
         runs: &mut Vec<std::ops::Range<usize>>,
     ) -> bool {
@@ -139,7 +139,7 @@ impl Grid {
         if self.misses(low, high) {
             return false;
         }
-        let middle = (low + high) * 0.5;
+        let middle = center(&low, &high);
         let mut half = (high - low) * 0.5;
         let mut smaller = false;
         let density = self.entries.len() as f64 / (self.starts.len() as f64 - 1.0).max(1.0);
@@ -168,8 +168,8 @@ impl Grid {
     /// every so many. `runs` is scratch.
     pub fn visit_near(
         &self,
-        low: Vector2<f64>,
-        high: Vector2<f64>,
+        low: Point2<f64>,
+        high: Point2<f64>,
         most: usize,
         runs: &mut Vec<std::ops::Range<usize>>,
         mut visit: impl FnMut(usize),
@@ -188,7 +188,7 @@ impl Grid {
     /// The cell of a position and an order of the positions within it (along a curve that keeps what is near
     /// together).
     #[must_use]
-    pub fn cell_at(&self, position_m: Vector2<f64>) -> (usize, u64) {
+    pub fn cell_at(&self, position_m: Point2<f64>) -> (usize, u64) {
         let (column, row) = (self.column(position_m.x), self.row(position_m.y));
         // `as u32` saturates: beyond the cell's edge gives the edge.
         let part = |x: f64, origin: f64, index: usize| {
@@ -206,7 +206,7 @@ impl Grid {
     /// Calls `visit` with the index of every plot whose cell touches the box; the caller tests the
     /// plot itself. Order: row by row, cell by cell, ascending within a cell.
     #[inline]
-    pub fn visit(&self, low: Vector2<f64>, high: Vector2<f64>, mut visit: impl FnMut(usize)) {
+    pub fn visit(&self, low: Point2<f64>, high: Point2<f64>, mut visit: impl FnMut(usize)) {
         self.runs(low, high, |run| {
             for &entry in &self.entries[run] {
                 visit(entry as usize);
@@ -263,7 +263,13 @@ fn larger(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frames::Vector2;
     use proptest::prelude::*;
+
+    /// The place that is as far east as north.
+    fn both(m: f64) -> Point2<f64> {
+        Point2::new(m, m)
+    }
 
     proptest! {
         #[test]
@@ -273,12 +279,12 @@ mod tests {
             half in 0.0..200.0f64,
             cell in 1.0..100.0f64,
         ) {
-            let points: Vec<_> = points.into_iter().map(|(x, y)| Vector2::new(x, y)).collect();
+            let points: Vec<_> = points.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
             let mut grid = Grid::default();
             grid.fill(&points, cell);
-            let low = Vector2::new(centre.0 - half, centre.1 - half);
-            let high = Vector2::new(centre.0 + half, centre.1 + half);
-            let inside = |p: &Vector2<f64>| {
+            let low = Point2::new(centre.0 - half, centre.1 - half);
+            let high = Point2::new(centre.0 + half, centre.1 + half);
+            let inside = |p: &Point2<f64>| {
                 p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y
             };
             let mut seen = Vec::new();
@@ -297,13 +303,13 @@ mod tests {
     fn a_crowded_box_shrinks_about_its_middle_and_a_crowded_cell_is_given_whole() {
         let mut grid = Grid::default();
         let spread: Vec<_> =
-            (0..10_000).map(|k| Vector2::new(f64::from(k % 100), f64::from(k / 100))).collect();
+            (0..10_000).map(|k| Point2::new(f64::from(k % 100), f64::from(k / 100))).collect();
         grid.fill(&spread, 1.0);
-        let (low, high) = (Vector2::repeat(-1e6), Vector2::repeat(1e6));
+        let (low, high) = (both(-1e6), both(1e6));
         let mut runs = Vec::new();
         // About a middle that lies in the scene.
-        let middle = Vector2::new(50.0, 50.0);
-        assert!(grid.runs_near(low + middle, high + middle, 500, &mut runs));
+        let middle = Point2::new(50.0, 50.0);
+        assert!(grid.runs_near(low + middle.coords, high + middle.coords, 500, &mut runs));
         let found: usize = runs.iter().map(|r| r.len()).sum();
         assert!((100..=500).contains(&found), "{found}");
         let place = runs[0].start;
@@ -311,12 +317,12 @@ mod tests {
         assert!(grid.at_most(low, high) >= 10_000);
         assert!(!grid.runs_near(middle, middle, 500, &mut runs));
         // All in one cell: no box is small enough.
-        grid.fill(&vec![Vector2::new(3.0, 4.0); 5_000], 25.0);
+        grid.fill(&vec![Point2::new(3.0, 4.0); 5_000], 25.0);
         grid.runs_near(low, high, 500, &mut runs);
         assert_eq!(runs.iter().map(|r| r.len()).sum::<usize>(), 5_000);
         let whole: Vec<usize> = every(&[3..7, 7..7, 9..20], 3, 2).collect();
         assert_eq!(whole, [5, 10, 13, 16, 19]);
-        grid.runs_near(Vector2::repeat(f64::NAN), high, 500, &mut runs);
+        grid.runs_near(both(f64::NAN), high, 500, &mut runs);
         assert!(runs.is_empty());
         for beside in [Vector2::repeat(f64::NAN), Vector2::new(1e9, 0.0), Vector2::new(0.0, -1e9)] {
             runs.push(0..1);
@@ -332,7 +338,7 @@ mod tests {
         let mut grid = Grid::default();
         for (count, extent) in [(1u32, 0.0), (2, 1e7), (100, 1e6), (1_000, 300.0), (1_000, 30.0)] {
             let at = |k: u32| f64::from(k) / f64::from(count.max(2) - 1) * extent;
-            let line: Vec<_> = (0..count).map(|k| Vector2::new(at(k), at(k * 7 % count))).collect();
+            let line: Vec<_> = (0..count).map(|k| Point2::new(at(k), at(k * 7 % count))).collect();
             grid.fill(&line, 10.0);
             let cells = grid.starts.len() - 2;
             assert!(cells <= 4 * count as usize + 16, "{count} {extent}: {cells}");
@@ -340,7 +346,7 @@ mod tests {
             let halved = (2.0 * extent / grid.cell + 1.0).powi(2);
             assert!(grid.cell == 10.0 || halved > f64::from(4 * count + 16), "{count} {extent}");
             assert_eq!(grid.cells(line[0], line[0]), [1, 1]);
-            let all = grid.cells(Vector2::zeros(), Vector2::repeat(extent));
+            let all = grid.cells(Point2::origin(), both(extent));
             assert_eq!(all[0] * all[1], cells, "{count} {extent}");
             // The fullest cell, counted.
             let mut per_cell = std::collections::BTreeMap::<usize, usize>::new();
@@ -355,8 +361,8 @@ mod tests {
     #[test]
     fn the_order_within_a_cell_weaves_both_axes() {
         let mut grid = Grid::default();
-        grid.fill(&[Vector2::zeros(), Vector2::new(16.0, 16.0)], 16.0);
-        let code = |x: f64, y: f64| grid.cell_at(Vector2::new(x, y));
+        grid.fill(&[Point2::origin(), Point2::new(16.0, 16.0)], 16.0);
+        let code = |x: f64, y: f64| grid.cell_at(Point2::new(x, y));
         // The highest bits are the quarters of the cell: east one, north two.
         assert_eq!(code(0.0, 0.0), (0, 0));
         assert_eq!(code(8.0, 0.0), (0, 1 << 30));
@@ -372,14 +378,14 @@ mod tests {
     fn of_a_crowd_every_so_many_are_visited() {
         let mut grid = Grid::default();
         let spread: Vec<_> =
-            (0..900).map(|k| Vector2::new(f64::from(k % 30), f64::from(k / 30))).collect();
+            (0..900).map(|k| Point2::new(f64::from(k % 30), f64::from(k / 30))).collect();
         grid.fill(&spread, 1.0);
-        let visited = |low: Vector2<f64>, high: Vector2<f64>, most: usize| {
+        let visited = |low: Point2<f64>, high: Point2<f64>, most: usize| {
             let mut seen = Vec::new();
             grid.visit_near(low, high, most, &mut Vec::new(), |i| seen.push(i));
             seen
         };
-        let (low, high) = (Vector2::repeat(-1.0), Vector2::repeat(40.0));
+        let (low, high) = (both(-1.0), both(40.0));
         assert_eq!(visited(low, high, 900).len(), 900);
         for most in [1, 7, 50, 200] {
             let seen = visited(low, high, most);
@@ -387,12 +393,12 @@ mod tests {
             let distinct: std::collections::BTreeSet<_> = seen.iter().collect();
             assert_eq!(distinct.len(), seen.len());
             // About the middle of the box.
-            let far = seen.iter().map(|&i| (spread[i] - Vector2::repeat(19.5)).amax());
+            let far = seen.iter().map(|&i| (spread[i] - both(19.5)).amax());
             let half = (most as f64).sqrt().max(3.0);
             assert!(far.fold(0.0, f64::max) <= half, "{most}: {seen:?}");
         }
         // All in one cell: every fifth.
-        grid.fill(&vec![Vector2::new(3.0, 4.0); 500], 25.0);
+        grid.fill(&vec![Point2::new(3.0, 4.0); 500], 25.0);
         let mut seen = Vec::new();
         grid.visit_near(low, high, 100, &mut Vec::new(), |i| seen.push(i));
         assert_eq!(seen, (0..500).step_by(5).collect::<Vec<_>>());
@@ -402,11 +408,11 @@ mod tests {
     fn extremes_are_survived() {
         let mut grid = Grid::default();
         grid.fill(&[], 10.0);
-        grid.visit(Vector2::repeat(-1e9), Vector2::repeat(1e9), |_| panic!("empty"));
-        grid.fill(&[Vector2::new(-1e12, 0.0), Vector2::new(1e12, 5.0)], 10.0);
+        grid.visit(both(-1e9), both(1e9), |_| panic!("empty"));
+        grid.fill(&[Point2::new(-1e12, 0.0), Point2::new(1e12, 5.0)], 10.0);
         let mut count = 0;
-        grid.visit(Vector2::repeat(-2e12), Vector2::repeat(2e12), |_| count += 1);
+        grid.visit(both(-2e12), both(2e12), |_| count += 1);
         assert_eq!(count, 2);
-        grid.visit(Vector2::repeat(f64::NAN), Vector2::repeat(1.0), |_| panic!("NaN box"));
+        grid.visit(both(f64::NAN), both(1.0), |_| panic!("NaN box"));
     }
 }

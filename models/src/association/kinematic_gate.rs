@@ -5,7 +5,7 @@
 //! characteristics" of the paper, whose own text is not public. Only for plots that the covariance
 //! gate refused.
 
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use nalgebra::Matrix4;
 
 /// What a class of movers can do on the surface.
@@ -29,7 +29,7 @@ pub struct ClassLimits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Departure {
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s.
     pub velocity_mps: Vector2<f64>,
     /// Covariance of (px, py, vx, vy).
@@ -127,7 +127,7 @@ pub fn reach(
     limits: &ClassLimits,
     target: &Departure,
     dt_s: f64,
-    plot_m: Vector2<f64>,
+    plot_m: Point2<f64>,
     r_m2: Matrix2<f64>,
 ) -> Option<Reach> {
     let velocity = target.velocity_mps;
@@ -443,15 +443,15 @@ mod tests {
             assert!(set.vertices().iter().all(|v| v.iter().all(|c| c.is_finite())), "{name}");
         }
         let target = Departure {
-            position_m: Vector2::zeros(),
+            position_m: Point2::origin(),
             velocity_mps: Vector2::new(20.0, 0.0),
             covariance: Matrix4::identity(),
         };
-        let far = Vector2::new(1e3, 0.0);
+        let far = Point2::new(1e3, 0.0);
         let r = Matrix2::identity();
         assert!(reach(&JET, &target, -1.0, far, r).is_none(), "negative time");
         assert!(reach(&JET, &target, f64::NAN, far, r).is_none(), "NaN time");
-        assert!(reach(&JET, &target, 1.0, Vector2::new(f64::NAN, 0.0), r).is_none(), "NaN plot");
+        assert!(reach(&JET, &target, 1.0, Point2::new(f64::NAN, 0.0), r).is_none(), "NaN plot");
         assert!(reach(&JET, &target, 1.0, far, Matrix2::repeat(f64::NAN)).is_none(), "NaN noise");
         let blind = Departure { covariance: Matrix4::zeros(), ..target };
         assert!(reach(&JET, &blind, 1.0, far, Matrix2::zeros()).is_none(), "no variance at all");
@@ -466,12 +466,12 @@ mod tests {
                 (covariance[(axis, axis + 2)], covariance[(axis + 2, axis)]) = (pv, pv);
             }
             let target = Departure {
-                position_m: Vector2::zeros(),
+                position_m: Point2::origin(),
                 velocity_mps: Vector2::new(30.0, 0.0),
                 covariance,
             };
             let farthest = 30.0 * dt_s + 0.5 * JET.acceleration_ms2 * dt_s * dt_s;
-            let plot = Vector2::new(farthest + 12.0, 0.0);
+            let plot = Point2::new(farthest + 12.0, 0.0);
             let found = reach(&JET, &target, dt_s, plot, Matrix2::identity()).expect("sound").m;
             let variance = 4.0 + 2.0 * dt_s * pv + dt_s * dt_s * 4.0 + 1.0;
             assert!((found - 144.0 / variance).abs() < 1e-6 * found, "{pv} {dt_s}: {found}");

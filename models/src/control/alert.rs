@@ -1,7 +1,7 @@
 //! What an alert is: kind, stage, subjects; and its message type in ASTERIX category 004.
 
 use super::clearance::ClearanceKind;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
 use crate::words::{Word, words};
@@ -188,7 +188,7 @@ pub struct Condition {
     /// Runway concerned.
     pub runway: Option<usize>,
     /// Where: the first subject, m.
-    pub place_m: Vector2<f64>,
+    pub place_m: Point2<f64>,
 }
 
 impl Condition {

@@ -1,6 +1,6 @@
 //! Points by place: who is near one is found without a look at all.
 
-use crate::frames::Vector2;
+use crate::frames::Point2;
 
 /// Side of a cell, m: about twice the distances that are asked for.
 const CELL_M: f64 = 128.0;
@@ -13,7 +13,7 @@ pub(super) struct Cells {
     /// By cell: its last point, plus one; empty before the first point.
     last: Vec<u32>,
     /// Where each point is, and the one before it in its cell, plus one.
-    points: Vec<(Vector2<f64>, u32)>,
+    points: Vec<(Point2<f64>, u32)>,
 }
 
 impl Cells {
@@ -23,7 +23,7 @@ impl Cells {
     }
 
     /// Takes the next point in; they count up from 0.
-    pub(super) fn add(&mut self, at_m: Vector2<f64>) {
+    pub(super) fn add(&mut self, at_m: Point2<f64>) {
         self.last.resize(SIDE * SIDE, 0);
         let last = &mut self.last[wrapped(cell(at_m.x)) * SIDE + wrapped(cell(at_m.y))];
         let before = std::mem::replace(last, self.points.len() as u32 + 1);
@@ -34,7 +34,7 @@ impl Cells {
     #[inline]
     pub(super) fn near(
         &mut self,
-        at_m: Vector2<f64>,
+        at_m: Point2<f64>,
         reach_m: f64,
         mut takes: impl FnMut(usize) -> bool,
     ) {
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn all_near(cells: &mut Cells, at_m: Vector2<f64>, reach_m: f64) -> Vec<usize> {
+    fn all_near(cells: &mut Cells, at_m: Point2<f64>, reach_m: f64) -> Vec<usize> {
         let mut found = Vec::new();
         cells.near(at_m, reach_m, |point| {
             found.push(point);
@@ -111,15 +111,15 @@ mod tests {
             let mut cells = Cells::default();
             for _ in 0..2 {
                 cells.clear();
-                points.iter().for_each(|(x, y)| cells.add(Vector2::new(*x, *y)));
+                points.iter().for_each(|(x, y)| cells.add(Point2::new(*x, *y)));
             }
-            let at_m = Vector2::new(x, y);
+            let at_m = Point2::new(x, y);
             let mut found = all_near(&mut cells, at_m, reach_m);
             found.sort_unstable();
             let distinct = found.windows(2).all(|pair| pair[0] < pair[1]);
             prop_assert!(distinct, "{found:?}");
             for (i, (x, y)) in points.iter().enumerate() {
-                let near = (Vector2::new(*x, *y) - at_m).norm() <= reach_m;
+                let near = (Point2::new(*x, *y) - at_m).norm() <= reach_m;
                 prop_assert!(!near || found.contains(&i), "{i}");
             }
             // Who was taken out is not found again; all others are.
@@ -134,9 +134,9 @@ mod tests {
     fn few_are_looked_at_where_many_are() {
         let mut cells = Cells::default();
         for n in 0..4000_u32 {
-            cells.add(Vector2::new(f64::from(n % 64) * 50.0, f64::from(n / 64) * 50.0));
+            cells.add(Point2::new(f64::from(n % 64) * 50.0, f64::from(n / 64) * 50.0));
         }
-        let looked_at = all_near(&mut cells, Vector2::new(1600.0, 1600.0), 50.0).len();
+        let looked_at = all_near(&mut cells, Point2::new(1600.0, 1600.0), 50.0).len();
         assert_eq!(looked_at, 9);
     }
 }

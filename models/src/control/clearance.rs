@@ -124,9 +124,9 @@ pub struct Strip {
     /// When a clearance to take off last ended by itself: as the wheels left the ground.
     pub lifted_off: Option<SimTime>,
     /// Cleared way, m; empty: not known.
-    pub way_m: Vec<crate::frames::Vector2<f64>>,
+    pub way_m: Vec<crate::frames::Point2<f64>>,
     /// Its stand, m.
-    pub stand_m: Option<crate::frames::Vector2<f64>>,
+    pub stand_m: Option<crate::frames::Point2<f64>>,
     /// The way or the runway is too small for its type.
     pub too_small: bool,
 }

@@ -7,7 +7,7 @@ use super::layout::{Area, AreaKind, Layout, StopBar};
 use super::parameters::Parameters;
 use super::situation::{MOST_RUNWAYS, Situation, Surveillance, TargetClass};
 use crate::airport::distance_to_segment_m;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::time::SimTime;
 
 use ClearanceKind::{Backtrack, Cross, Enter, GoAround, Land, LineUp, Push, TakeOff, Taxi};
@@ -109,7 +109,7 @@ impl Parked {
         &mut self,
         situations: &[Situation],
         p: &Parameters,
-        at_m: Vector2<f64>,
+        at_m: Point2<f64>,
         so: impl Fn(&Situation) -> bool,
     ) -> bool {
         if !self.looked {
@@ -327,7 +327,7 @@ impl One<'_, '_> {
         let (p, s) = (self.rules.parameters, self.situation);
         if let Some((r, line_m)) = remembered.over_bar {
             let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
-            let beyond = |m: Vector2<f64>| runway.place_m(m).1.abs() > line_m;
+            let beyond = |m: Point2<f64>| runway.place_m(m).1.abs() > line_m;
             if beyond(s.nose_m) && beyond(s.target.position_m) {
                 remembered.over_bar = None;
             } else {
@@ -348,7 +348,7 @@ impl One<'_, '_> {
                 continue;
             }
             let before = &surveillance.noses_before_m(s)[..needed];
-            let off_m = |m: &Option<Vector2<f64>>| m.map(|m| runway.place_m(m).1.abs());
+            let off_m = |m: &Option<Point2<f64>>| m.map(|m| runway.place_m(m).1.abs());
             let inward_mps = runway.across_mps(s.target.velocity_mps) * -d.signum();
             let here = |(bar, _): &(&StopBar, u16)| {
                 bar.runway == r && (place_m - bar.place_m).abs() <= p.bar_reach_m && bar.lit
@@ -357,7 +357,7 @@ impl One<'_, '_> {
                 let line_m = self.rules.line_m(bar);
                 let over = d.abs() < line_m;
                 let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
-                let before_it = |m: &Option<Vector2<f64>>| off_m(m).is_some_and(|m| m >= line_m);
+                let before_it = |m: &Option<Point2<f64>>| off_m(m).is_some_and(|m| m >= line_m);
                 let comes = || was_coming == number || before.iter().all(before_it);
                 if !over || other_side || s.airborne || !comes() {
                     continue;
@@ -468,7 +468,7 @@ impl One<'_, '_> {
         }
         let near2 = p.stand_occupied_m * p.stand_occupied_m;
         // Who stands on another stand does not occupy this one, however near the two are.
-        let elsewhere = |at_m: Vector2<f64>| {
+        let elsewhere = |at_m: Point2<f64>| {
             let nearest_m2 = (at_m - stand_m).norm_squared();
             self.rules.layout.stands_m.iter().any(|other_m| {
                 (at_m - other_m).norm_squared() < nearest_m2
@@ -503,7 +503,7 @@ const ROLLS_S: f64 = 1.5;
 const WELL_BEFORE_M: f64 = 15.0;
 
 /// Whether a point is farther than `most_m` from a way; looks first where it was nearest before.
-fn off_way(way_m: &[Vector2<f64>], point_m: Vector2<f64>, most_m: f64, segment: &mut u32) -> bool {
+fn off_way(way_m: &[Point2<f64>], point_m: Point2<f64>, most_m: f64, segment: &mut u32) -> bool {
     if way_m.len() < 2 {
         return false;
     }

@@ -1,7 +1,7 @@
 //! The parts of an airport that the safety net looks at: runways as axes, where they cross, protected areas.
 
 use crate::airport::Airport;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::time::SimTime;
 use crate::traffic::network::{NetEdge, Network};
 
@@ -11,7 +11,7 @@ pub struct RunwayAxis {
     /// Designators of both ends.
     pub names: [String; 2],
     /// First end.
-    pub origin_m: Vector2<f64>,
+    pub origin_m: Point2<f64>,
     /// Unit vector to the other end.
     pub along: Vector2<f64>,
     /// Length, m.
@@ -38,7 +38,7 @@ impl RunwayAxis {
     #[must_use]
     pub fn new(
         names: [String; 2],
-        ends_m: [Vector2<f64>; 2],
+        ends_m: [Point2<f64>; 2],
         width_m: f64,
         hold_m: f64,
     ) -> Option<Self> {
@@ -61,7 +61,7 @@ impl RunwayAxis {
     /// Place along the axis from the first end, and distance to the right of it, m.
     #[must_use]
     #[inline]
-    pub fn place_m(&self, point_m: Vector2<f64>) -> (f64, f64) {
+    pub fn place_m(&self, point_m: Point2<f64>) -> (f64, f64) {
         let from = point_m - self.origin_m;
         (from.dot(&self.along), from.x * self.along.y - from.y * self.along.x)
     }
@@ -137,7 +137,7 @@ pub struct Area {
     /// Why.
     pub kind: AreaKind,
     /// Outline, m, not closed.
-    pub outline_m: Vec<Vector2<f64>>,
+    pub outline_m: Vec<Point2<f64>>,
     /// Protected from.
     pub from: SimTime,
     /// Protected until.
@@ -147,7 +147,7 @@ pub struct Area {
 impl Area {
     /// Whether a point lies inside at a time (even-odd rule).
     #[must_use]
-    pub fn holds(&self, time: SimTime, point_m: Vector2<f64>) -> bool {
+    pub fn holds(&self, time: SimTime, point_m: Point2<f64>) -> bool {
         if time < self.from || time >= self.until {
             return false;
         }
@@ -180,9 +180,9 @@ pub struct Layout {
     /// Stop bars, lit, at the holding positions of the ground network.
     pub bars: Vec<StopBar>,
     /// Places of the stands of the ground network, m.
-    pub stands_m: Vec<Vector2<f64>>,
+    pub stands_m: Vec<Point2<f64>>,
     /// Smallest box around the ground network, m: beyond it nobody taxies. `None`: unknown.
-    pub ground_m: Option<[Vector2<f64>; 2]>,
+    pub ground_m: Option<[Point2<f64>; 2]>,
 }
 
 impl Layout {
@@ -217,8 +217,7 @@ impl Layout {
         };
         if places().next().is_some() {
             let fold = |f: fn(f64, f64) -> f64, from: f64| {
-                places()
-                    .fold(Vector2::new(from, from), |m, p| Vector2::new(f(m.x, p.x), f(m.y, p.y)))
+                places().fold(Point2::new(from, from), |m, p| Point2::new(f(m.x, p.x), f(m.y, p.y)))
             };
             let room = Vector2::new(150.0, 150.0);
             layout.ground_m = Some([
@@ -324,7 +323,7 @@ impl Layout {
 
 /// Where the bar of a holding position is. Where others pass it on their way along the runway, it is across the way over the strip beyond
 /// their taxiway: they pass no bar.
-fn bar_at_m(net: &Network, index: usize) -> Vector2<f64> {
+fn bar_at_m(net: &Network, index: usize) -> Point2<f64> {
     let node = &net.nodes[index];
     let (within, passing): (Vec<_>, Vec<_>) = net
         .edges
@@ -417,7 +416,7 @@ mod tests {
     use crate::traffic::network::{NetNode, NetRunway};
 
     fn axis(a: [f64; 2], b: [f64; 2]) -> RunwayAxis {
-        let ends = [Vector2::new(a[0], a[1]), Vector2::new(b[0], b[1])];
+        let ends = [Point2::new(a[0], a[1]), Point2::new(b[0], b[1])];
         RunwayAxis::new(["09".into(), "27".into()], ends, 45.0, 90.0).expect("long enough")
     }
 
@@ -437,7 +436,7 @@ mod tests {
     #[test]
     fn the_right_of_an_axis_is_positive() {
         let east = axis([0.0, 0.0], [3000.0, 0.0]);
-        assert_eq!(east.place_m(Vector2::new(100.0, -30.0)), (100.0, 30.0));
+        assert_eq!(east.place_m(Point2::new(100.0, -30.0)), (100.0, 30.0));
     }
 
     /// A holding position at the junction with a taxiway along the runway: who taxies past it passes no bar. One on the way itself, and
@@ -446,7 +445,7 @@ mod tests {
     fn a_bar_is_beside_the_taxiway_that_passes_it() {
         let node = |x: f64, y: f64, hold_for| NetNode {
             name: String::new(),
-            at_m: Vector2::new(x, y),
+            at_m: Point2::new(x, y),
             runway: None,
             hold_for,
             stand: None,
@@ -476,9 +475,9 @@ mod tests {
             }
             bar_at_m(&net, 1)
         };
-        assert_eq!(bar(98.0, true), Vector2::new(1000.0, -83.0));
-        assert_eq!(bar(20.0, true), Vector2::new(1000.0, -88.0));
-        assert_eq!(bar(98.0, false), Vector2::new(1000.0, -98.0));
+        assert_eq!(bar(98.0, true), Point2::new(1000.0, -83.0));
+        assert_eq!(bar(20.0, true), Point2::new(1000.0, -88.0));
+        assert_eq!(bar(98.0, false), Point2::new(1000.0, -98.0));
     }
 
     /// A taxiway that passes a bar nearer to the runway than the bar is has the bar short of it, also where no node joins the two; one
@@ -487,7 +486,7 @@ mod tests {
     fn a_bar_is_short_of_the_taxiway_that_passes_it() {
         let node = |at: [f64; 2]| NetNode {
             name: String::new(),
-            at_m: Vector2::new(at[0], at[1]),
+            at_m: Point2::new(at[0], at[1]),
             runway: None,
             hold_for: None,
             stand: None,
@@ -495,7 +494,7 @@ mod tests {
         };
         let runway = || NetRunway {
             names: ["09".into(), "27".into()],
-            ends_m: [Vector2::new(0.0, 0.0), Vector2::new(3000.0, 0.0)],
+            ends_m: [Point2::new(0.0, 0.0), Point2::new(3000.0, 0.0)],
             displaced_m: [0.0; 2],
             length_m: 3000.0,
             width_m: 45.0,

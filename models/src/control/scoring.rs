@@ -1,6 +1,6 @@
 //! Alerts on tracks, or of somebody else's safety net, held against the alerts of the rules on exact truth.
 
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::collections::BTreeMap;
 
 /// An alert as it was told: by call signs, so that track numbers do not matter.
@@ -20,7 +20,7 @@ pub struct Told {
 
 impl Told {
     /// Looks how near its subjects are at a time at which it stands: `places` by name, m.
-    pub fn look(&mut self, time_s: f64, places: &[(&str, Vector2<f64>)]) {
+    pub fn look(&mut self, time_s: f64, places: &[(&str, Point2<f64>)]) {
         if time_s < self.on_s || time_s > self.end_s {
             return;
         }
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn nearness_is_that_of_the_pair_while_the_alert_stands() {
-        let at = |x: f64| Vector2::new(x, 0.0);
+        let at = |x: f64| Point2::new(x, 0.0);
         let mut pair = told("RMCA_ARR", "X Y", 10.0, 20.0);
         let mut one = told("NOMOV", "X", 10.0, 20.0);
         for (time_s, x, z) in

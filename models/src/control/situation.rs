@@ -7,7 +7,7 @@ use super::cells::Cells;
 use super::clearance::Board;
 use super::layout::Layout;
 use super::parameters::Parameters;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 
@@ -45,7 +45,7 @@ pub struct Target {
     /// Length by its type; 0 where not known.
     pub length_m: f64,
     /// Middle of its length.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s.
     pub velocity_mps: Vector2<f64>,
     /// Height over the aerodrome, m, where known.
@@ -77,7 +77,7 @@ pub struct Situation {
     /// Its strip on the board.
     pub strip: Option<u32>,
     /// Its nose, m.
-    pub nose_m: Vector2<f64>,
+    pub nose_m: Point2<f64>,
     /// Where the memory of its track is.
     memory: u32,
     /// Ground speed, m/s.
@@ -221,7 +221,7 @@ impl Surveillance {
     }
 
     /// Where the nose of one of these was in the scans before, the last one first.
-    pub(super) fn noses_before_m(&self, situation: &Situation) -> [Option<Vector2<f64>>; 3] {
+    pub(super) fn noses_before_m(&self, situation: &Situation) -> [Option<Point2<f64>>; 3] {
         self.memories[situation.memory as usize].places.noses_before_m()
     }
 

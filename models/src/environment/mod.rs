@@ -6,7 +6,7 @@ pub mod mie;
 pub mod rain;
 pub mod surface;
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Speed of light, m/s.
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
@@ -21,7 +21,7 @@ pub fn wavelength_m(carrier_ghz: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RainCell {
     /// Centre at the time of the notice, airport frame, m.
-    pub centre_m: Vector2<f64>,
+    pub centre_m: Point2<f64>,
     /// Radius, m.
     pub radius_m: f64,
     /// Rain rate inside, mm/h (in place of the uniform one where larger).

@@ -1,7 +1,7 @@
 //! Rain: attenuation, volume reflectivity, and what circular polarisation rejects of its echo.
 
 use super::Weather;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::f64::consts::PI;
 
 /// Coefficients of the power law `γ = k·R^α` at one carrier, for a horizontal path.
@@ -171,8 +171,8 @@ struct Crossing {
 #[must_use]
 pub fn path_mean(
     weather: &Weather,
-    from: Vector2<f64>,
-    to: Vector2<f64>,
+    from: Point2<f64>,
+    to: Point2<f64>,
     f: impl Fn(f64) -> f64,
 ) -> f64 {
     let uniform = weather.rain_mm_per_h;
@@ -203,9 +203,9 @@ pub fn path_mean(
 
 /// The part of the segment inside a circle, as fractions of its length.
 fn chord(
-    from: Vector2<f64>,
-    to: Vector2<f64>,
-    centre: Vector2<f64>,
+    from: Point2<f64>,
+    to: Point2<f64>,
+    centre: Point2<f64>,
     radius: f64,
 ) -> Option<(f64, f64)> {
     let (along, start) = (to - from, from - centre);
@@ -227,7 +227,7 @@ fn chord(
 impl Weather {
     /// Rain rate at a place, mm/h: the heaviest cell over it, or the uniform rate.
     #[must_use]
-    pub fn rain_at(&self, place_m: Vector2<f64>) -> f64 {
+    pub fn rain_at(&self, place_m: Point2<f64>) -> f64 {
         self.cells.iter().fold(self.rain_mm_per_h, |rain, cell| {
             let inside = (place_m - cell.centre_m).norm_squared() < cell.radius_m * cell.radius_m;
             if inside { rain.max(cell.rain_mm_per_h) } else { rain }
@@ -245,9 +245,10 @@ impl Weather {
 mod tests {
     use super::*;
     use crate::environment::RainCell;
+    use crate::frames::Vector2;
 
     fn with_cell(uniform: f64, centre: (f64, f64), radius_m: f64, rain: f64) -> Weather {
-        let centre_m = Vector2::new(centre.0, centre.1);
+        let centre_m = Point2::new(centre.0, centre.1);
         let cells = vec![RainCell { centre_m, radius_m, rain_mm_per_h: rain }];
         Weather { rain_mm_per_h: uniform, cells, ..Weather::default() }
     }
@@ -256,7 +257,7 @@ mod tests {
     fn a_cell_counts_with_its_chord() {
         let weather = with_cell(1.0, (500.0, 0.0), 100.0, 16.0);
         let path = |w: &Weather, y: f64| {
-            path_mean(w, Vector2::new(0.0, y), Vector2::new(1000.0, y), |rain| rain)
+            path_mean(w, Point2::new(0.0, y), Point2::new(1000.0, y), |rain| rain)
         };
         assert!((path(&weather, 0.0) - (0.8 + 0.2 * 16.0)).abs() < 1e-12);
         assert!((path(&weather, 60.0) - (0.84 + 0.16 * 16.0)).abs() < 1e-12);
@@ -271,7 +272,7 @@ mod tests {
     #[test]
     fn a_target_at_the_radar_sees_the_rain_over_it() {
         let weather = with_cell(1.0, (0.0, 0.0), 100.0, 16.0);
-        let here = Vector2::zeros();
+        let here = Point2::origin();
         assert_eq!(path_mean(&weather, here, here, |rain| rain), 16.0);
         assert_eq!(weather.rain_at(here), 16.0);
     }
@@ -281,8 +282,8 @@ mod tests {
         let mut weather = with_cell(1.0, (0.0, 0.0), 100.0, 16.0);
         weather.wind_mps = Vector2::new(5.0, -2.0);
         let later = weather.after(60.0);
-        assert_eq!(later.rain_at(Vector2::new(300.0, -120.0)), 16.0);
-        assert_eq!(later.rain_at(Vector2::zeros()), 1.0);
+        assert_eq!(later.rain_at(Point2::new(300.0, -120.0)), 16.0);
+        assert_eq!(later.rain_at(Point2::origin()), 1.0);
         assert!(weather.is_moved(&later));
         let heavier = Weather { rain_mm_per_h: 2.0, ..later };
         assert!(!weather.is_moved(&heavier));

@@ -3,7 +3,7 @@
 //! Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), sec. 5.4.
 
 use super::Estimate;
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 
 /// Quantile of χ² with `k` degrees of freedom at the normal quantile `z` (Wilson and Hilferty, PNAS
 /// 17, 1931): right to 1e-4 for k ≥ 100.
@@ -30,7 +30,7 @@ pub fn gate_2d(probability: f64) -> f64 {
 
 /// Normalised position error squared, (p − p̂)ᵀ P_pp⁻¹ (p − p̂); infinite where P_pp is not positive definite.
 #[must_use]
-pub fn position_nees(estimate: &Estimate, truth_m: Vector2<f64>) -> f64 {
+pub fn position_nees(estimate: &Estimate, truth_m: Point2<f64>) -> f64 {
     let s = estimate.state.position_cov();
     match super::gaussian::Factor::of(s) {
         Ok(factor) => factor.independent(truth_m - estimate.position_m()).1,

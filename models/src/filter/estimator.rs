@@ -11,7 +11,7 @@ use super::steady::SteadyGain;
 use super::three_state::{ThreeState, TwoState};
 use super::ud::{SixStateUd, ThreeStateUd};
 use super::{Estimate, FilterConfig, Gaussian, Nis, Start, StateEstimator, Sym2, UpdateError};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -106,19 +106,19 @@ impl StateEstimator for Estimator {
         on_each!(self, f => f.predicted(time))
     }
     #[inline]
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError> {
         on_each!(self, f => f.position_at(time))
     }
     #[inline]
-    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+    fn place_at(&self, time: SimTime) -> Result<Point2<f64>, UpdateError> {
         on_each!(self, f => f.place_at(time))
     }
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         on_each!(self, f => f.motion())
     }
     #[inline]
-    fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    fn sound_motion(&self) -> Option<(Point2<f64>, Vector2<f64>)> {
         on_each!(self, f => f.sound_motion())
     }
     #[inline]

@@ -27,7 +27,7 @@ use super::three_state::start_position;
 use super::turning::turned;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -378,7 +378,7 @@ impl<const N: usize> StateEstimator for Events<N> {
         Estimate::new(self.time, self.mixed())
     }
 
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         self.mixed().motion()
     }
 

@@ -8,7 +8,7 @@
 use super::lanes::{Lane, Pair};
 use super::motion::Step;
 use super::{UpdateError, UpdateError::BadInnovation};
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::plot::Plot;
 use nalgebra::SMatrix;
 
@@ -56,14 +56,14 @@ pub enum Measurement {
     /// Both coordinates, with their covariance, m².
     Position {
         /// Measured position, m.
-        z: Vector2<f64>,
+        z: Point2<f64>,
         /// Covariance, m².
         r: Sym2,
     },
     /// The coordinate along one direction.
     Line {
         /// Any measured point; only its component along `axis` counts, m.
-        z: Vector2<f64>,
+        z: Point2<f64>,
         /// Unit vector.
         axis: Vector2<f64>,
         /// Variance along `axis`, m².
@@ -130,7 +130,7 @@ impl Measurement {
     /// The measured point; of a line any point on it.
     #[inline]
     #[must_use]
-    pub fn point(&self) -> Vector2<f64> {
+    pub fn point(&self) -> Point2<f64> {
         match *self {
             Self::Position { z, .. } | Self::Line { z, .. } => z,
         }
@@ -243,7 +243,7 @@ impl Nis {
 impl Gaussian {
     /// A target of unknown velocity at a measured position: P_pp = R, P_vv = σ_v², P_aa = σ_a².
     #[must_use]
-    pub fn at_position(z: Vector2<f64>, r: Sym2, sigma_v_mps: f64, sigma_a_ms2: f64) -> Self {
+    pub fn at_position(z: Point2<f64>, r: Sym2, sigma_v_mps: f64, sigma_a_ms2: f64) -> Self {
         let zero = Pair::default();
         let mut cross = [0.0; 9];
         cross[0] = r.xy;
@@ -262,8 +262,8 @@ impl Gaussian {
     /// `P_va = tσ_a²/2`): then this is the limit of a one-plot start with unlimited velocity.
     #[must_use]
     pub fn from_two(
-        first: (Vector2<f64>, Sym2),
-        last: (Vector2<f64>, Sym2),
+        first: (Point2<f64>, Sym2),
+        last: (Point2<f64>, Sym2),
         t: f64,
         sigma_a_ms2: f64,
         vague: bool,
@@ -347,7 +347,7 @@ impl Gaussian {
     /// Predicted position and its covariance alone: a third of the work of [`Self::predicted`].
     #[inline]
     #[must_use]
-    pub fn predicted_position(&self, step: &Step) -> (Vector2<f64>, Sym2) {
+    pub fn predicted_position(&self, step: &Step) -> (Point2<f64>, Sym2) {
         let Step { t, f02, .. } = *step;
         let (x, p, c) = (&self.x, &self.p, &self.cross);
         let at = x[0] + x[1] * t + x[2] * f02;
@@ -358,7 +358,7 @@ impl Gaussian {
         let xy = (c[0] + c[3] * t + c[6] * f02)
             + (c[1] + c[4] * t + c[7] * f02) * t
             + (c[2] + c[5] * t + c[8] * f02) * f02;
-        (Vector2::new(at.east(), at.north()), Sym2 { xx: pp.east(), xy, yy: pp.north() })
+        (Point2::new(at.east(), at.north()), Sym2 { xx: pp.east(), xy, yy: pp.north() })
     }
 
     /// Covariance of the position, m².
@@ -371,8 +371,8 @@ impl Gaussian {
     /// Position, m.
     #[inline]
     #[must_use]
-    pub fn position(&self) -> Vector2<f64> {
-        Vector2::new(self.x[0].east(), self.x[0].north())
+    pub fn position(&self) -> Point2<f64> {
+        Point2::new(self.x[0].east(), self.x[0].north())
     }
 
     /// The innovation of a measurement at the time of this state.
@@ -576,21 +576,21 @@ impl Gaussian {
     /// Mean of a mixture with weights that sum to 1: position (m) and velocity (m/s).
     #[inline]
     #[must_use]
-    pub fn mean_motion(weights: &[f64], parts: &[Self]) -> (Vector2<f64>, Vector2<f64>) {
+    pub fn mean_motion(weights: &[f64], parts: &[Self]) -> (Point2<f64>, Vector2<f64>) {
         let mut sum = [Pair::default(); 2];
         for (part, w) in parts.iter().zip(weights) {
             sum = [sum[0] + part.x[0] * *w, sum[1] + part.x[1] * *w];
         }
         let [p, v] = sum.map(Pair::array);
-        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+        (Point2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     /// Position (m) and velocity (m/s).
     #[inline]
     #[must_use]
-    pub fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    pub fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         let [p, v, _] = self.x.map(Pair::array);
-        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+        (Point2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     /// The normalised innovation of a measurement at the time of this state.
@@ -804,7 +804,7 @@ impl Steady {
 /// # Errors
 /// If the covariance of the innovation is not positive definite and finite.
 #[inline]
-pub fn nis_at(at: Vector2<f64>, cov: Sym2, m: &Measurement) -> Result<Nis, UpdateError> {
+pub fn nis_at(at: Point2<f64>, cov: Sym2, m: &Measurement) -> Result<Nis, UpdateError> {
     match *m {
         Measurement::Position { z, r } => {
             let factor = Factor::of(cov + r)?;

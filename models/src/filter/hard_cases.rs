@@ -14,6 +14,7 @@ use super::three_state::ThreeState;
 use super::ud::Ud;
 use super::{Estimate, Estimator, FilterConfig, Rung, Start, StateEstimator, Sym2, UpdateError};
 use crate::draw::{DrawKey, Purpose};
+use crate::frames::Point2;
 use crate::frames::Vector2;
 use crate::plot::{Plot, polar_to_cartesian};
 use crate::time::SimTime;
@@ -26,7 +27,7 @@ type Mat6 = SMatrix<f64, 6, 6>;
 
 fn config(rung: Rung) -> FilterConfig {
     let mut config = FilterConfig::new(rung);
-    let route = Route::from_course(Vector2::zeros(), 0.5).line(500.0, 0.0).arc(1.0, 80.0);
+    let route = Route::from_course(Point2::origin(), 0.5).line(500.0, 0.0).arc(1.0, 80.0);
     config.map = Some(Arc::new(MapKnowledge::of(Network::single(route))));
     config
 }
@@ -174,7 +175,7 @@ fn an_exact_plot_is_taken_exactly_and_a_second_one_refused() {
         let mut filter = started(rung, &plot_at(0.0, 0.0, 0.0, 4.0));
         filter.update(&plot_at(1.0, 7.0, 3.0, 0.0)).expect("R = 0");
         let e = filter.estimate();
-        assert!((e.position_m() - Vector2::new(7.0, 3.0)).norm() < 1e-9, "{}", rung.name());
+        assert!((e.position_m() - Point2::new(7.0, 3.0)).norm() < 1e-9, "{}", rung.name());
         assert!(sound(&e) && e.position_cov_m2().amax() < 1e-9, "{}", rung.name());
         // S = 0: 0/0 in the naive form.
         let again = filter.update(&plot_at(1.0, 7.1, 3.0, 0.0));
@@ -220,10 +221,10 @@ impl Naive {
 fn a_million_correlated_scans_stay_symmetric_and_at_the_fixed_point() {
     let r = Sym2 { xx: 4.0, xy: 0.5, yy: 3.0 };
     let mut state =
-        Gaussian::at_position(Vector2::zeros(), Sym2 { xx: 4.0, xy: 0.0, yy: 4.0 }, 50.0, 3.0);
+        Gaussian::at_position(Point2::origin(), Sym2 { xx: 4.0, xy: 0.0, yy: 4.0 }, 50.0, 3.0);
     let step = Step::constant_acceleration(0.3, 1.0);
     let mut early = Mat6::zeros();
-    let m = Measurement::Position { z: Vector2::zeros(), r };
+    let m = Measurement::Position { z: Point2::origin(), r };
     for scan in 0..1_000_000 {
         state = state.predicted(&step);
         state.update(&m).unwrap();
@@ -320,7 +321,7 @@ fn all_likelihoods_underflowing_leaves_finite_weights() {
 #[test]
 fn headings_near_north_south_and_standstill() {
     let heading = |vx: f64, vy: f64, sigma: f64| {
-        let mut state = Gaussian::at_position(Vector2::zeros(), Sym2::default(), sigma, 1.0);
+        let mut state = Gaussian::at_position(Point2::origin(), Sym2::default(), sigma, 1.0);
         state.x[1] = Pair::new(vx, vy);
         Estimate::new(SimTime::ZERO, state).heading_rad()
     };
@@ -354,7 +355,7 @@ fn standing_still_for_an_hour_ends_at_rest() {
         for k in 1..3600 {
             filter.update(&plot_at(f64::from(k), 100.0 + noise(), 40.0 + noise(), 4.0)).unwrap();
             if k > 100 {
-                sum += (filter.estimate().position_m() - Vector2::new(100.0, 40.0)).norm_squared();
+                sum += (filter.estimate().position_m() - Point2::new(100.0, 40.0)).norm_squared();
             }
         }
         // Uniform sums of ±1.5 each have a variance of 1.5 m² per axis: a track is better than a plot.
@@ -398,7 +399,7 @@ fn a_million_updates_a_microsecond_apart_do_not_drift() {
         filter.update(&plot).unwrap();
     }
     let e = filter.estimate();
-    assert!(sound(&e) && e.position_m().norm() == 0.0);
+    assert!(sound(&e) && e.position_m() == Point2::origin());
     // A million plots of 1e6 m² are one of 1 m²: the information about the position grows by about one.
     let pp = e.position_cov_m2()[(0, 0)];
     assert!(pp > 0.3 && pp < 4.0, "{pp}");
@@ -675,10 +676,10 @@ proptest! {
                 let (place, velocity) = filter.motion();
                 let e = filter.estimate();
                 let off = (place - e.position_m()).norm() + (velocity - e.velocity_mps()).norm();
-                prop_assert!(off <= 1e-6 * (1.0 + place.norm() + velocity.norm()), "{}: {}", name, off);
+                prop_assert!(off <= 1e-6 * (1.0 + place.coords.norm() + velocity.norm()), "{}: {}", name, off);
                 let later = filter.time().plus_s(0.7);
                 if let (Ok(a), Ok((b, _))) = (filter.place_at(later), filter.position_at(later)) {
-                    prop_assert!((a - b).norm() <= 1e-6 * (1.0 + a.norm()), "{}: {} {}", name, a, b);
+                    prop_assert!((a - b).norm() <= 1e-6 * (1.0 + a.coords.norm()), "{}: {} {}", name, a, b);
                 }
             }
         }

@@ -17,7 +17,7 @@ use super::motion::Step;
 use super::three_state::start_position;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, Sym2, UpdateError, interval, measurements, weights};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -167,7 +167,7 @@ impl<const N: usize, const L: usize> Histories<N, L> {
 
 /// −½(d² + ln det S) of a plot against a predicted position.
 #[inline]
-fn log_likelihood(at: Vector2<f64>, cov: Sym2, m: &Measurement) -> f64 {
+fn log_likelihood(at: Point2<f64>, cov: Sym2, m: &Measurement) -> f64 {
     match *m {
         Measurement::Position { z, r } => {
             let (nu, s) = (z - at, cov + r);
@@ -255,7 +255,7 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         Gaussian::mean_motion(&self.weights[..self.len], &self.states[..self.len])
     }
 

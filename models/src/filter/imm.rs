@@ -10,7 +10,7 @@ use super::modes::{MAX_MODES, Modes};
 use super::three_state::start_position;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements, weights};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::array::from_fn;
@@ -171,7 +171,7 @@ impl<const M: usize> StateEstimator for Imm<M> {
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         Gaussian::mean_motion(&self.weights, &self.states)
     }
 

@@ -18,7 +18,7 @@ use super::route::Network;
 use super::three_state::start_position;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, Sym2, UpdateError, interval, weights};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -254,7 +254,7 @@ impl<const N: usize> MapAided<N> {
     fn take(
         &mut self,
         at: SimTime,
-        z: Vector2<f64>,
+        z: Point2<f64>,
         r: Sym2,
         free: impl Fn(&mut Imm<3>) -> Result<Nis, UpdateError>,
     ) -> Result<Nis, UpdateError> {
@@ -386,7 +386,7 @@ impl Along {
     }
 
     /// Takes a measured position; the foot point on the route is found by iteration. Returns the log likelihood.
-    fn update(&mut self, map: &MapKnowledge, z: Vector2<f64>, r: Sym2) -> Result<f64, UpdateError> {
+    fn update(&mut self, map: &MapKnowledge, z: Point2<f64>, r: Sym2) -> Result<f64, UpdateError> {
         let route = &map.network.edges[usize::from(self.edge)].route;
         let mut foot = self.x[0];
         let mut best: Option<(f64, Factor, [f64; 2])> = None;
@@ -444,7 +444,11 @@ impl Along {
         let (u, n, k) = (point.along, point.left(), point.curvature);
         let vector = |w: Vector2<f64>| Pair::new(w.x, w.y);
         let mut out = Gaussian {
-            x: [vector(point.position + n * d), vector(u * v), vector(u * a + n * (k * v * v))],
+            x: [
+                vector((point.position + n * d).coords),
+                vector(u * v),
+                vector(u * a + n * (k * v * v)),
+            ],
             ..Gaussian::default()
         };
         // Square roots of the covariance, carried over column by column: P = Σ g gᵀ.
@@ -488,7 +492,7 @@ const SIDE_ACCELERATION_MS2: f64 = 0.3;
 const UNKNOWN_M2: f64 = 1e8;
 
 /// A measured position with its covariance, whatever the plot measures.
-fn position_of(m: &Measurement) -> (Vector2<f64>, Sym2) {
+fn position_of(m: &Measurement) -> (Point2<f64>, Sym2) {
     match *m {
         Measurement::Position { z, r } => (z, r),
         Measurement::Line { z, axis, variance } => {
@@ -591,7 +595,7 @@ mod tests {
     use crate::filter::route::{Edge, Route};
 
     fn straight_then_turn() -> Route {
-        Route::from_course(Vector2::zeros(), 0.0).line(400.0, 0.0).arc(1.2, 60.0).line(400.0, 0.0)
+        Route::from_course(Point2::origin(), 0.0).line(400.0, 0.0).arc(1.2, 60.0).line(400.0, 0.0)
     }
 
     fn on(map: MapKnowledge, plot: &Plot) -> MapAided<9> {
@@ -618,13 +622,13 @@ mod tests {
 
     #[test]
     fn a_target_that_leaves_the_map_is_followed_and_found_again() {
-        let route = Route::from_course(Vector2::zeros(), 0.0).line(4_000.0, 0.0);
+        let route = Route::from_course(Point2::origin(), 0.0).line(4_000.0, 0.0);
         let mut filter = on(MapKnowledge::of(Network::single(route)), &plot_at(0.0, 0.0, 0.0, 4.0));
         // 30 m to the left between 300 m and 900 m, at 10 m/s.
         let truth = |t: f64| {
             let x = 10.0 * t;
             let ramp = ((x - 300.0) / 60.0).clamp(0.0, 1.0) - ((x - 900.0) / 60.0).clamp(0.0, 1.0);
-            Vector2::new(x, 30.0 * ramp)
+            Point2::new(x, 30.0 * ramp)
         };
         let mut least: f64 = 1.0;
         for k in 1..=150 {
@@ -642,8 +646,8 @@ mod tests {
 
     #[test]
     fn at_a_junction_the_plots_choose_the_way() {
-        let stem = Route::from_course(Vector2::zeros(), 0.0).line(200.0, 0.0);
-        let end = Vector2::new(200.0, 0.0);
+        let stem = Route::from_course(Point2::origin(), 0.0).line(200.0, 0.0);
+        let end = Point2::new(200.0, 0.0);
         let ahead = Route::from_course(end, 0.0).line(400.0, 0.0);
         let left = Route::from_course(end, 0.0).arc(1.5, 50.0).line(400.0, 0.0);
         // The clearance says straight ahead; the target turns left.
@@ -657,7 +661,7 @@ mod tests {
         let mut filter = on(MapKnowledge::of(network), &plot_at(0.0, 0.0, 0.0, 4.0));
         for k in 1..40 {
             let s = 10.0 * f64::from(k);
-            let at = if s < 200.0 { Vector2::new(s, 0.0) } else { left.at(s - 200.0).position };
+            let at = if s < 200.0 { Point2::new(s, 0.0) } else { left.at(s - 200.0).position };
             filter.update(&plot_at(f64::from(k), at.x, at.y, 4.0)).unwrap();
             assert!((filter.estimate().position_m() - at).norm() < 4.0, "scan {k}");
         }
@@ -668,7 +672,7 @@ mod tests {
     #[test]
     fn a_deviation_that_persists_is_an_honest_error() {
         // 1.5 m beside the line all the time, plots of 3.3 m²: the claim must cover the error.
-        let route = Route::from_course(Vector2::zeros(), 0.0).line(4_000.0, 0.0);
+        let route = Route::from_course(Point2::origin(), 0.0).line(4_000.0, 0.0);
         let map = MapKnowledge { lateral_sigma_m: 1.5, ..MapKnowledge::of(Network::single(route)) };
         let mut filter = on(map, &plot_at(0.0, 0.0, 1.5, 3.3));
         for k in 1..120 {

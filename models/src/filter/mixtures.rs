@@ -6,12 +6,12 @@
 
 use super::gaussian::{Gaussian, Measurement, Nis, Sym2, nis_at};
 use super::{UpdateError, weights};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Mean and covariance of the positions of a mixture, gathered about one of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PositionMoments {
-    origin: Vector2<f64>,
+    origin: Point2<f64>,
     weight: f64,
     mean: [f64; 2],
     square: [f64; 3],
@@ -20,13 +20,13 @@ pub struct PositionMoments {
 impl PositionMoments {
     /// None yet.
     #[must_use]
-    pub fn about(origin: Vector2<f64>) -> Self {
+    pub fn about(origin: Point2<f64>) -> Self {
         Self { origin, ..Self::default() }
     }
 
     #[inline]
     /// Takes a part: its weight, position (m) and covariance of that (m²).
-    pub fn add(&mut self, w: f64, at: Vector2<f64>, p: Sym2) {
+    pub fn add(&mut self, w: f64, at: Point2<f64>, p: Sym2) {
         let offset = at - self.origin;
         let (wx, wy) = (w * offset.x, w * offset.y);
         self.weight += w;
@@ -40,7 +40,7 @@ impl PositionMoments {
 
     /// Mean and covariance.
     #[must_use]
-    pub fn moments(&self) -> (Vector2<f64>, Sym2) {
+    pub fn moments(&self) -> (Point2<f64>, Sym2) {
         let k = 1.0 / self.weight;
         let [x, y] = self.mean.map(|v| v * k);
         let [xx, xy, yy] = self.square.map(|v| v * k);

@@ -41,7 +41,7 @@ pub(crate) mod testing;
 mod turning;
 pub mod weights;
 
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 pub use declared::Declared;
@@ -113,7 +113,7 @@ impl Estimate {
     }
     /// Position, m east and north.
     #[must_use]
-    pub fn position_m(&self) -> Vector2<f64> {
+    pub fn position_m(&self) -> Point2<f64> {
         self.state.position()
     }
     /// Velocity, m/s east and north.
@@ -216,7 +216,7 @@ pub trait StateEstimator: Clone {
     /// # Errors
     /// If `time` is before the state's.
     #[inline]
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError> {
         let at = self.predicted(time)?.state;
         Ok((at.position(), at.position_cov()))
     }
@@ -226,20 +226,20 @@ pub trait StateEstimator: Clone {
     /// # Errors
     /// If `time` is before the state's.
     #[inline]
-    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+    fn place_at(&self, time: SimTime) -> Result<Point2<f64>, UpdateError> {
         Ok(self.position_at(time)?.0)
     }
 
     /// Position (m) and velocity (m/s) at [`Self::time`].
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         let now = self.estimate();
         (now.position_m(), now.velocity_mps())
     }
 
     /// The same if the state may be used, see [`Gaussian::is_sound`].
     #[inline]
-    fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    fn sound_motion(&self) -> Option<(Point2<f64>, Vector2<f64>)> {
         let state = self.estimate().state;
         state.is_sound().then(|| state.motion())
     }

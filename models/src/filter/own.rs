@@ -1,7 +1,7 @@
 //! Filters that are not among the shipped ones: any [`StateEstimator`], behind a pointer.
 
 use super::{Estimate, Gaussian, Nis, Start, StateEstimator, Sym2, UpdateError};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::fmt::Debug;
@@ -12,7 +12,7 @@ trait Boxed: Debug + Send + Sync {
     fn time(&self) -> SimTime;
     fn estimate(&self) -> Estimate;
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError>;
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError>;
+    fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError>;
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError>;
     fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError>;
     fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError>;
@@ -36,7 +36,7 @@ impl<F: StateEstimator + Debug + Send + Sync + 'static> Boxed for F {
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         StateEstimator::predicted(self, time)
     }
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError> {
         StateEstimator::position_at(self, time)
     }
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
@@ -92,7 +92,7 @@ impl StateEstimator for Own {
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         self.0.predicted(time)
     }
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError> {
         self.0.position_at(time)
     }
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {

@@ -1,13 +1,13 @@
 //! Centrelines of taxiways and runways as a filter uses them: paths by length, and where they branch.
 
 use crate::airport::Airport;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2, center};
 use std::f64::consts::PI;
 
 /// A line or an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
-    from: Vector2<f64>,
+    from: Point2<f64>,
     /// Radians from east to the left.
     course: f64,
     /// Path length at its start, m.
@@ -24,14 +24,14 @@ pub struct Route {
     pieces: Vec<Piece>,
     length: f64,
     /// A box that holds it.
-    bounds: [Vector2<f64>; 2],
+    bounds: [Point2<f64>; 2],
 }
 
 /// A point of a route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutePoint {
     /// Position, m.
-    pub position: Vector2<f64>,
+    pub position: Point2<f64>,
     /// Unit vector along.
     pub along: Vector2<f64>,
     /// Curvature, 1/m, positive to the left.
@@ -51,7 +51,7 @@ impl RoutePoint {
 impl Route {
     /// A route from `from` with a course in radians from east to the left; add lines and arcs.
     #[must_use]
-    pub fn from_course(from: Vector2<f64>, course_rad: f64) -> Self {
+    pub fn from_course(from: Point2<f64>, course_rad: f64) -> Self {
         let piece = Piece { from, course: course_rad, start: 0.0, length: 0.0, curvature: 0.0 };
         Self { pieces: vec![piece], length: 0.0, bounds: [from; 2] }
     }
@@ -59,7 +59,7 @@ impl Route {
     /// Straight lines through points; points nearer than 1 mm to the one before are left out.
     /// `None` with fewer than two different points or one that is not finite.
     #[must_use]
-    pub fn through(points: &[Vector2<f64>]) -> Option<Self> {
+    pub fn through(points: &[Point2<f64>]) -> Option<Self> {
         let mut route: Option<Self> = None;
         let mut last = *points.first()?;
         for point in points {
@@ -94,7 +94,7 @@ impl Route {
 
     /// Whether `z` is surely farther away than `distance_m` (not counting what lies beyond the ends).
     #[must_use]
-    pub fn is_beyond(&self, z: Vector2<f64>, distance_m: f64) -> bool {
+    pub fn is_beyond(&self, z: Point2<f64>, distance_m: f64) -> bool {
         let [low, high] = self.bounds;
         let gap = (low - z).sup(&(z - high)).sup(&Vector2::zeros());
         gap.norm_squared() > distance_m * distance_m
@@ -153,7 +153,7 @@ impl Route {
 
     /// Path length of the nearest point and its distance from `z`, m.
     #[must_use]
-    pub fn nearest(&self, z: Vector2<f64>) -> (f64, f64) {
+    pub fn nearest(&self, z: Point2<f64>) -> (f64, f64) {
         let mut best = (0.0, f64::INFINITY);
         for p in &self.pieces {
             let candidates = if p.curvature == 0.0 {
@@ -287,7 +287,7 @@ impl Network {
         }
         for runway in &airport.runways {
             let known = airport.edges.iter().any(|e| {
-                let middle = 0.5 * (place(e.from) + place(e.to));
+                let middle = center(&place(e.from), &place(e.to));
                 e.runway && runway.distance_m(middle) < 0.5 * runway.width_m
             });
             let [a, b] = runway.ends_m;
@@ -325,7 +325,7 @@ mod tests {
         use crate::airport::{Edge as Between, Hold, Node};
         let node = |x: f64| Node {
             name: String::new(),
-            position_m: Vector2::new(x, 0.0),
+            position_m: Point2::new(x, 0.0),
             hold: Hold::None,
         };
         let between = |from, to| Between {
@@ -353,7 +353,7 @@ mod tests {
 
     #[test]
     fn a_route_is_continuous_and_its_foot_points_are_nearest() {
-        let route = Route::from_course(Vector2::new(10.0, 20.0), 0.3)
+        let route = Route::from_course(Point2::new(10.0, 20.0), 0.3)
             .line(100.0, 0.0)
             .arc(1.2, 60.0)
             .arc(-0.8, 90.0)
@@ -378,12 +378,11 @@ mod tests {
 
     #[test]
     fn points_that_repeat_or_are_no_numbers_make_no_route() {
-        let a = Vector2::new(1.0, 2.0);
+        let a = Point2::new(1.0, 2.0);
         assert_eq!(Route::through(&[]), None);
         assert_eq!(Route::through(&[a, a]), None);
-        assert_eq!(Route::through(&[a, Vector2::new(f64::NAN, 0.0)]), None);
-        let route =
-            Route::through(&[a, a, Vector2::new(1.0, 5.0), Vector2::new(4.0, 5.0)]).unwrap();
+        assert_eq!(Route::through(&[a, Point2::new(f64::NAN, 0.0)]), None);
+        let route = Route::through(&[a, a, Point2::new(1.0, 5.0), Point2::new(4.0, 5.0)]).unwrap();
         assert_eq!(route.length_m(), 6.0);
     }
 
@@ -392,7 +391,7 @@ mod tests {
         use crate::airport::{self, Hold, Node, Runway};
         let node = |x: f64, y: f64| Node {
             name: format!("{x} {y}"),
-            position_m: Vector2::new(x, y),
+            position_m: Point2::new(x, y),
             hold: Hold::None,
         };
         let arc = |from, to, two_way| airport::Edge {
@@ -422,8 +421,8 @@ mod tests {
             ],
             runways: vec![Runway {
                 names: ["09".to_owned(), "27".to_owned()],
-                ends_m: [Vector2::new(0.0, 500.0), Vector2::new(2000.0, 500.0)],
-                thresholds_m: [Vector2::new(0.0, 500.0), Vector2::new(2000.0, 500.0)],
+                ends_m: [Point2::new(0.0, 500.0), Point2::new(2000.0, 500.0)],
+                thresholds_m: [Point2::new(0.0, 500.0), Point2::new(2000.0, 500.0)],
                 width_m: 45.0,
             }],
             ..Airport::default()
@@ -438,10 +437,10 @@ mod tests {
         for (way, share) in &stem.next {
             assert_eq!(*share, 0.5);
             let begin = network.edges[*way].route.at(0.0).position;
-            assert!((begin - Vector2::new(200.0, 10.0)).norm() < 1e-9);
+            assert!((begin - Point2::new(200.0, 10.0)).norm() < 1e-9);
         }
-        assert!(stem.route.is_beyond(Vector2::new(100.0, 30.0), 19.0));
-        assert!(!stem.route.is_beyond(Vector2::new(100.0, 30.0), 21.0));
+        assert!(stem.route.is_beyond(Point2::new(100.0, 30.0), 19.0));
+        assert!(!stem.route.is_beyond(Point2::new(100.0, 30.0), 21.0));
         assert_eq!(Network::of_airport(&Airport::default()).edges, []);
     }
 }

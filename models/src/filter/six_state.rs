@@ -6,7 +6,7 @@ use super::motion::Motion;
 use super::three_state::start_position;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -48,7 +48,7 @@ impl StateEstimator for SixState {
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         self.state.motion()
     }
 

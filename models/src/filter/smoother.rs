@@ -79,7 +79,7 @@ fn take(state: &mut Gaussian, plot: &Plot) -> Result<Vec<Taken>, UpdateError> {
             return Err(UpdateError::BadInnovation(s));
         }
         let gain = column / s;
-        let nu = axis.dot(&plot.position_m) - h.dot(&x);
+        let nu = axis.dot(&plot.position_m.coords) - h.dot(&x);
         x += gain * nu;
         p -= gain * column.transpose();
         p = 0.5 * (p + p.transpose());

@@ -7,7 +7,7 @@ use super::motion::Motion;
 use super::three_state::start_position;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -324,9 +324,9 @@ impl StateEstimator for SteadyGain {
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         let [p, v, _] = self.x.map(Pair::array);
-        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+        (Point2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
@@ -517,10 +517,10 @@ mod tests {
     type Told = (f64, f64, f64);
 
     /// Drives, turns at 2 m/s², drives on, brakes and stands.
-    fn way(t: f64) -> Vector2<f64> {
-        let turn = |t: f64| Vector2::new(libm::sin(0.2 * t), 1.0 - libm::cos(0.2 * t)) * 50.0;
+    fn way(t: f64) -> Point2<f64> {
+        let turn = |t: f64| Point2::new(libm::sin(0.2 * t), 1.0 - libm::cos(0.2 * t)) * 50.0;
         if t < 30.0 {
-            Vector2::new(10.0 * (t - 30.0), 0.0)
+            Point2::new(10.0 * (t - 30.0), 0.0)
         } else if t < 40.0 {
             turn(t - 30.0)
         } else {

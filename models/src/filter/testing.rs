@@ -4,6 +4,7 @@ use super::motion::Motion;
 use super::six_state::SixState;
 use super::{Estimate, Start, StateEstimator};
 use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::frames::Point2;
 use crate::frames::Vector2;
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
@@ -16,7 +17,7 @@ pub(crate) fn plot_at(time_s: f64, x: f64, y: f64, r: f64) -> Plot {
         kind: SensorKind::Asde,
         time: SimTime::from_s(time_s),
         sequence: 0,
-        position_m: Vector2::new(x, y),
+        position_m: Point2::new(x, y),
         axis: Vector2::new(1.0, 0.0),
         along_m2: r,
         across_m2: r,
@@ -41,7 +42,8 @@ pub(crate) fn slower(error: Vector2<f64>, keep: f64, drawn: Vector2<f64>) -> Vec
 
 /// The plot as a radar at the origin has it, with these errors (variances along and across, m²).
 pub(crate) fn by_radar(plot: Plot, [along_m2, across_m2]: [f64; 2]) -> Plot {
-    let (at, range_m) = (plot.position_m, plot.position_m.norm());
+    let at = plot.position_m.coords;
+    let range_m = at.norm();
     let polar = Polar {
         range_m,
         azimuth_rad: libm::atan2(at.x, at.y),

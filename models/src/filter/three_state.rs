@@ -9,7 +9,7 @@ use super::{
     Estimate, SURPRISING_D2, Start, StateEstimator, UpdateError, UpdateError::BadInnovation,
     interval, measurements,
 };
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::marker::PhantomData;
@@ -218,25 +218,25 @@ impl<M: AxisMotion> StateEstimator for PerAxis<M> {
     }
 
     #[inline]
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError> {
         // What is not asked for is not computed: the compiler sees through the call.
         let (x, p) = self.predict(interval(self.time, time)?);
-        let at = Vector2::new(x[0].east(), x[0].north());
+        let at = Point2::new(x[0].east(), x[0].north());
         Ok((at, Sym2 { xx: p[0].east(), xy: 0.0, yy: p[0].north() }))
     }
 
     #[inline]
-    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+    fn place_at(&self, time: SimTime) -> Result<Point2<f64>, UpdateError> {
         let t = interval(self.time, time)?;
         let x = &self.x;
         let at = x[0] + (x[1] * t + x[2] * 0.5 * (t * t));
-        Ok(Vector2::new(at.east(), at.north()))
+        Ok(Point2::new(at.east(), at.north()))
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         let [p, v, _] = self.x.map(Pair::array);
-        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+        (Point2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     #[inline]
@@ -317,7 +317,7 @@ pub(super) fn along_a_line(
 }
 
 /// Position and covariance of a plot that can start a track.
-pub(super) fn start_position(plot: &Plot) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+pub(super) fn start_position(plot: &Plot) -> Result<(Point2<f64>, Sym2), UpdateError> {
     match Measurement::of(plot)? {
         Measurement::Position { z, r } if r.xx.is_finite() && r.yy.is_finite() => Ok((z, r)),
         _ => Err(UpdateError::UnsoundPlot),

@@ -11,7 +11,7 @@ use super::motion::Motion;
 use super::three_state::{along_a_line, start_position};
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::array::from_fn;
@@ -274,9 +274,9 @@ impl StateEstimator for ThreeStateUd {
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         let [p, v, _] = self.x.map(Pair::array);
-        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+        (Point2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
@@ -393,9 +393,9 @@ impl StateEstimator for SixStateUd {
     }
 
     #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         let x = &self.x;
-        (Vector2::new(x[0], x[3]), Vector2::new(x[1], x[4]))
+        (Point2::new(x[0], x[3]), Vector2::new(x[1], x[4]))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
@@ -416,7 +416,7 @@ impl StateEstimator for SixStateUd {
             let mut h = [0.0; 6];
             (h[0], h[3]) = (axis.x, axis.y);
             let Gain { gain, alpha } = ud.update(&h, variance);
-            let nu = axis.dot(&plot.position_m) - axis.x * x[0] - axis.y * x[3];
+            let nu = axis.dot(&plot.position_m.coords) - axis.x * x[0] - axis.y * x[3];
             if !alpha.all_positive() || !(nu * nu / alpha).is_finite() {
                 return Err(BadInnovation(alpha));
             }

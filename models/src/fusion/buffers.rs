@@ -1,7 +1,7 @@
 //! What a scan has in hand: plots with what gates ask of them, batches, and who was cut off from what.
 
 use crate::filter::Measurement;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::ops::Range;
@@ -20,7 +20,7 @@ pub(super) struct Look {
     pub(super) time: SimTime,
     /// Nothing that can be measured with.
     pub(super) measured: Option<Measurement>,
-    pub(super) position_m: Vector2<f64>,
+    pub(super) position_m: Point2<f64>,
     /// Its place among the candidates.
     pub(super) k: u32,
     /// It carries an identity.

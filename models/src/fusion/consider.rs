@@ -16,7 +16,7 @@ use crate::filter::mixtures::ranked;
 use crate::filter::modes::{MAX_MODES, Modes, ca, cv};
 use crate::filter::motion::Step;
 use crate::filter::{Estimate, FilterConfig, Gaussian, Measurement, Nis, UpdateError, weights};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -295,15 +295,15 @@ impl Consider {
         parts: &[Part],
         looks: &[Look],
         rows: &Rows,
-        points: &[(Vector2<f64>, f64)],
+        points: &[(Point2<f64>, f64)],
     ) -> Result<(Vec<Shares>, Vec<f64>), UpdateError> {
-        let innovations = |k: usize, point: Vector2<f64>| -> [f64; 2] {
+        let innovations = |k: usize, point: Point2<f64>| -> [f64; 2] {
             std::array::from_fn(|r| {
                 if r >= rows.count {
                     return 0.0;
                 }
                 // The first plot's own innovation, moved to this plot's place.
-                looks[k].nu[r] + rows.rows[r].u.dot(&point) - rows.rows[r].z
+                looks[k].nu[r] + rows.rows[r].u.dot(&point.coords) - rows.rows[r].z
             })
         };
         if let [(point, beta)] = points
@@ -370,7 +370,7 @@ impl Consider {
                 None => (variance, (0, 0.0)),
             };
             let late = delay.map_or((0, 0.0), |at| (at, -late_s * u.dot(&velocity)));
-            Row { u, z: u.dot(&z), variance: white, slow: [own, late] }
+            Row { u, z: u.dot(&z.coords), variance: white, slow: [own, late] }
         };
         let count = if matches!(m, Measurement::Position { .. }) { 2 } else { 1 };
         let second = if count == 2 { plot.across_m2 } else { 0.0 };

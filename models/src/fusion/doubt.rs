@@ -5,7 +5,7 @@ use super::own::Trial;
 use super::places::{Place, Places, place_of};
 use crate::association::existence::Existence;
 use crate::flight_list::FlightList;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 
@@ -39,9 +39,9 @@ pub(super) fn false_m2(plot: &Plot, model: &SensorModel) -> f64 {
 /// Places where targets come into view, of this scan.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Entrances {
-    stands_m: Vec<Vector2<f64>>,
+    stands_m: Vec<Point2<f64>>,
     /// Thresholds with the direction of the final and its length, m.
-    finals: Vec<(Vector2<f64>, Vector2<f64>, f64)>,
+    finals: Vec<(Point2<f64>, Vector2<f64>, f64)>,
 }
 
 impl Entrances {
@@ -58,8 +58,8 @@ impl Entrances {
         }
     }
 
-    fn hold(&self, place: Vector2<f64>, radius_m: f64) -> bool {
-        let on_final = |(threshold, back, length): &(Vector2<f64>, Vector2<f64>, f64)| {
+    fn hold(&self, place: Point2<f64>, radius_m: f64) -> bool {
+        let on_final = |(threshold, back, length): &(Point2<f64>, Vector2<f64>, f64)| {
             let from = place - threshold;
             let way = from.dot(back);
             (0.0..=*length).contains(&way) && from.perp(back).abs() <= 1.5 * radius_m
@@ -120,7 +120,7 @@ impl Doubt {
     }
 
     /// A look at `position_m` was due and brought nothing.
-    pub(super) fn miss(&mut self, position_m: Vector2<f64>, places: &Places) {
+    pub(super) fn miss(&mut self, position_m: Point2<f64>, places: &Places) {
         if std::mem::take(&mut self.weighed) {
             return;
         }
@@ -132,7 +132,7 @@ impl Doubt {
     }
 
     /// It was seen in this scan: what was not seen before counts now.
-    pub(super) fn seen(&mut self, position_m: Vector2<f64>, places: &mut Places) {
+    pub(super) fn seen(&mut self, position_m: Point2<f64>, places: &mut Places) {
         self.weighed = false;
         self.unseen.drain(..).for_each(|place| places.learn(place, false));
         places.learn(place_of(self.sensor.0, position_m), true);
@@ -198,12 +198,12 @@ mod tests {
     #[test]
     fn targets_come_into_view_at_stands_and_on_final() {
         let mut flights = FlightList::default();
-        let (threshold, end) = (Vector2::new(100.0, 0.0), Vector2::new(2_100.0, 0.0));
+        let (threshold, end) = (Point2::new(100.0, 0.0), Point2::new(2_100.0, 0.0));
         flights.runways.push(("09".into(), [threshold, end]));
         flights.runways.push(("none".into(), [end, end]));
         let mut entrances = Entrances::default();
         entrances.fill(&flights, 3_000.0);
-        entrances.stands_m.push(Vector2::new(0.0, 500.0));
+        entrances.stands_m.push(Point2::new(0.0, 500.0));
         for (x, y, held) in [
             (0.0, 540.0, true),
             (0.0, 540.1, false),
@@ -215,10 +215,10 @@ mod tests {
             (101.0, 0.0, false),
             (2_150.0, 0.0, false),
         ] {
-            assert_eq!(entrances.hold(Vector2::new(x, y), 40.0), held, "{x} {y}");
+            assert_eq!(entrances.hold(Point2::new(x, y), 40.0), held, "{x} {y}");
         }
         entrances.fill(&FlightList::default(), 3_000.0);
-        assert!(!entrances.hold(Vector2::new(0.0, 0.0), 40.0));
+        assert!(!entrances.hold(Point2::new(0.0, 0.0), 40.0));
     }
 
     #[test]
@@ -260,18 +260,18 @@ mod tests {
         // A plot that is hardly its own: this scan's look is counted, the next is due again.
         doubt.look((SensorId(7), 0.5), 0.6, 0.8);
         assert_eq!(doubt.existence, expected);
-        doubt.miss(Vector2::zeros(), &places);
+        doubt.miss(Point2::origin(), &places);
         assert_eq!(doubt.existence, expected);
-        doubt.miss(Vector2::zeros(), &places);
+        doubt.miss(Point2::origin(), &places);
         assert_eq!(doubt.existence, expected.after(1.0, model.detection.clamp(0.01, 0.999)));
         // By the sensor that saw it last, for what that states.
         doubt.look((SensorId(7), 0.5), 0.4, 0.8);
         let before = doubt.existence;
-        doubt.miss(Vector2::zeros(), &places);
+        doubt.miss(Point2::origin(), &places);
         assert_eq!(doubt.existence, before.after(1.0, 0.5));
-        assert_eq!(doubt.unseen.last(), Some(&place_of(SensorId(7), Vector2::zeros())));
+        assert_eq!(doubt.unseen.last(), Some(&place_of(SensorId(7), Point2::origin())));
         for _ in 0..200 {
-            doubt.miss(Vector2::zeros(), &places);
+            doubt.miss(Point2::origin(), &places);
         }
         assert_eq!(doubt.unseen.len(), MOST_UNSEEN);
     }
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn looks_without_a_plot_count_when_the_target_is_seen_again() {
         let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
-        let (dark, light) = (Vector2::new(50.0, 50.0), Vector2::new(450.0, 50.0));
+        let (dark, light) = (Point2::new(50.0, 50.0), Point2::new(450.0, 50.0));
         let of = |seen_again: bool| {
             let mut places = Places::default();
             for _ in 0..20 {

@@ -13,7 +13,7 @@
 //! Source: moments of a uniform distribution; as a measurement of extent: Koch, "Bayesian approach to extended object and
 //! cluster tracking using random matrices", IEEE Trans. AES-44 (2008).
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Second moments of what a target lights, east and north, without the spread of a point: m², may be negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,9 +36,9 @@ fn length_m(variance_m2: f64) -> f64 {
 impl Moments {
     /// Centroid (m) and moments of the cells of one echo, each of variance `cell_m2` by itself; nothing of no cell.
     #[must_use]
-    pub fn of(cells_m: &[Vector2<f64>], cell_m2: f64) -> Option<(Vector2<f64>, Self)> {
+    pub fn of(cells_m: &[Point2<f64>], cell_m2: f64) -> Option<(Point2<f64>, Self)> {
         let n = cells_m.len() as f64;
-        let centroid = cells_m.iter().sum::<Vector2<f64>>() / n;
+        let centroid = Point2::from(cells_m.iter().map(|c| c.coords).sum::<Vector2<f64>>() / n);
         let mut sum = Self::default();
         for cell in cells_m {
             let d = cell - centroid;
@@ -162,7 +162,7 @@ mod tests {
     use crate::draw::{DrawKey, Purpose, uniform};
 
     /// Cells of a body of this size at this heading, each shifted by a cell's own spread.
-    fn lit(length: f64, width: f64, heading: f64, look: u64) -> Vec<Vector2<f64>> {
+    fn lit(length: f64, width: f64, heading: f64, look: u64) -> Vec<Point2<f64>> {
         let mut rng = DrawKey { run_seed: 5, sensor: 1, entity: 1, scan: look }.rng(Purpose::Study);
         let (sin, cos) = libm::sincos(heading);
         let (e, g) = (Vector2::new(sin, cos), Vector2::new(cos, -sin));
@@ -170,7 +170,7 @@ mod tests {
             .map(|_| {
                 let mut draw = |l: f64| l * (uniform(&mut rng) - 0.5);
                 let body = e * draw(length) + g * draw(width);
-                body + Vector2::new(draw(CELL_M), draw(CELL_M))
+                Point2::from(body + Vector2::new(draw(CELL_M), draw(CELL_M)))
             })
             .collect()
     }
@@ -197,7 +197,7 @@ mod tests {
             }
             assert!(worst < tolerance, "{length} by {width}: off by {worst} m");
         }
-        let one = Moments::of(&[Vector2::new(3.0, 4.0)], 1.0).expect("a cell").1;
+        let one = Moments::of(&[Point2::new(3.0, 4.0)], 1.0).expect("a cell").1;
         assert_eq!((one.longest_m(), one.axis_rad()), (0.0, 0.0));
         assert_eq!(Moments::of(&[], 1.0), None);
     }

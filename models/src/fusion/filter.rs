@@ -6,7 +6,7 @@ use crate::filter::{
     Estimate, Estimator, FilterConfig, Gaussian, Measurement, Nis, StateEstimator, Sym2,
     UpdateError, two_plot_start,
 };
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -54,7 +54,7 @@ impl TrackFilter {
 
     /// Position (m) and velocity (m/s) after the last plot.
     #[inline]
-    pub(super) fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+    pub(super) fn motion(&self) -> (Point2<f64>, Vector2<f64>) {
         match self {
             Self::Plain(f) => f.motion(),
             Self::Considering(f) => {
@@ -66,7 +66,7 @@ impl TrackFilter {
 
     /// The same if the state may be used.
     #[inline]
-    pub(super) fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    pub(super) fn sound_motion(&self) -> Option<(Point2<f64>, Vector2<f64>)> {
         match self {
             Self::Plain(f) => f.sound_motion(),
             Self::Considering(f) => {
@@ -81,7 +81,7 @@ impl TrackFilter {
     /// # Errors
     /// If `time` is before the filter's.
     #[inline]
-    pub(super) fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    pub(super) fn position_at(&self, time: SimTime) -> Result<(Point2<f64>, Sym2), UpdateError> {
         match self {
             Self::Plain(f) => f.position_at(time),
             Self::Considering(f) => {
@@ -96,7 +96,7 @@ impl TrackFilter {
     /// # Errors
     /// If `time` is before the filter's.
     #[inline]
-    pub(super) fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+    pub(super) fn place_at(&self, time: SimTime) -> Result<Point2<f64>, UpdateError> {
         match self {
             Self::Plain(f) => f.place_at(time),
             Self::Considering(_) => Ok(self.position_at(time)?.0),
@@ -285,7 +285,7 @@ pub(super) fn position_at(
     filter: &TrackFilter,
     time: SimTime,
     life: &Life,
-) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+) -> Result<(Point2<f64>, Sym2), UpdateError> {
     if time.since_s(filter.time()) <= life.constant_velocity_after_s {
         return filter.position_at(time);
     }
@@ -302,7 +302,7 @@ pub(super) fn place_at(
     filter: &TrackFilter,
     time: SimTime,
     life: &Life,
-) -> Result<Vector2<f64>, UpdateError> {
+) -> Result<Point2<f64>, UpdateError> {
     if time.since_s(filter.time()) <= life.constant_velocity_after_s {
         return filter.place_at(time);
     }

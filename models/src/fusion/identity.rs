@@ -22,7 +22,7 @@ use super::config::{LabelRules, TrackingConfig};
 use super::size::{self, Spread};
 use crate::filter::Estimate;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::time::SimTime;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -110,12 +110,12 @@ impl ListTimes {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Evidence {
     /// Where and since when it has been within [`STAYS_M`].
-    anchor: Option<(SimTime, Vector2<f64>)>,
-    birthplace: Option<Vector2<f64>>,
+    anchor: Option<(SimTime, Point2<f64>)>,
+    birthplace: Option<Point2<f64>>,
     /// When it was first farther than [`MOVED_M`] from where it was first seen.
     pub(super) moved: Option<SimTime>,
     /// Where it stood before it ever moved, for ten seconds.
-    pub(super) stood_m: Option<Vector2<f64>>,
+    pub(super) stood_m: Option<Point2<f64>>,
     /// It stood at a stand after it had moved.
     parked: bool,
     pub(super) landed: Option<OnRunway>,
@@ -218,12 +218,12 @@ impl Evidence {
         }
     }
 
-    fn stays(&mut self, place: Vector2<f64>, flights: &FlightList, rules: &LabelRules) {
+    fn stays(&mut self, place: Point2<f64>, flights: &FlightList, rules: &LabelRules) {
         if self.moved.is_none() {
             self.news |= self.stood_m.is_none();
             self.stood_m = Some(place);
         } else if !self.parked {
-            let near = |stand: Vector2<f64>| (stand - place).norm() <= rules.stand_radius_m;
+            let near = |stand: Point2<f64>| (stand - place).norm() <= rules.stand_radius_m;
             self.parked = flights.entries.iter().filter_map(|e| e.stand_m).any(near);
             self.news |= self.parked;
         }
@@ -366,7 +366,7 @@ const TO_A_STAND_S: f64 = 180.0;
 
 /// Whether a target at `position` is beside the runway that it seemed to land on, before the runway's end.
 fn is_beside(
-    position: Vector2<f64>,
+    position: Point2<f64>,
     at: OnRunway,
     flights: &FlightList,
     rules: &LabelRules,
@@ -382,7 +382,7 @@ fn is_beside(
 /// The runway along which a target at `position` goes in direction `course`, its way from the threshold, m, and the cosine
 /// between both courses.
 fn along_runway(
-    position: Vector2<f64>,
+    position: Point2<f64>,
     course: Vector2<f64>,
     flights: &FlightList,
     rules: &LabelRules,
@@ -410,7 +410,7 @@ mod tests {
 
     /// One runway east from the origin, 3 km.
     fn one_runway() -> FlightList {
-        let ends = [Vector2::zeros(), Vector2::new(3_000.0, 0.0)];
+        let ends = [Point2::origin(), Point2::new(3_000.0, 0.0)];
         FlightList { entries: Vec::new(), runways: vec![("09".into(), ends)] }
     }
 
@@ -420,7 +420,7 @@ mod tests {
         for &(t, at, v) in states {
             let r = crate::filter::Sym2 { xx: 1.0, xy: 0.0, yy: 1.0 };
             let mut state =
-                crate::filter::Gaussian::at_position(Vector2::new(at[0], at[1]), r, 1.0, 0.1);
+                crate::filter::Gaussian::at_position(Point2::new(at[0], at[1]), r, 1.0, 0.1);
             state.x[1] = crate::filter::lanes::Pair::new(v[0], v[1]);
             let state = Estimate::new(SimTime::from_s(t), state);
             evidence.take_state(&state, plots, &one_runway(), &TrackingConfig::paper().labels);
@@ -512,12 +512,12 @@ mod tests {
         let at = |t: f64, x: f64| (t, [x, 500.0], [0.0, 0.0]);
         let stood = |states: &[(f64, [f64; 2], [f64; 2])]| shown(6, states).stood_m;
         assert_eq!(stood(&[at(0.0, 0.0), at(9.0, 0.0)]), None);
-        assert_eq!(stood(&[at(0.0, 0.0), at(10.0, 15.0)]), Some(Vector2::new(0.0, 500.0)));
+        assert_eq!(stood(&[at(0.0, 0.0), at(10.0, 15.0)]), Some(Point2::new(0.0, 500.0)));
         assert_eq!(stood(&[at(0.0, 0.0), at(10.0, 15.1)]), None);
         assert_eq!(stood(&[at(0.0, 0.0), at(5.0, 16.0), at(14.9, 16.0)]), None);
         assert_eq!(
             stood(&[at(0.0, 0.0), at(5.0, 16.0), at(15.0, 16.0)]),
-            Some(Vector2::new(16.0, 500.0))
+            Some(Point2::new(16.0, 500.0))
         );
         assert!(shown(6, &[at(0.0, 0.0), at(10.0, 0.0)]).shows());
         let moved = |x: f64| shown(6, &[at(0.0, 0.0), at(7.0, x)]).moved;
@@ -541,7 +541,7 @@ mod tests {
             movement: MovementKind::Departure,
             runway: String::new(),
             stand: String::new(),
-            stand_m: Some(Vector2::zeros()),
+            stand_m: Some(Point2::origin()),
             eta_ctd: SimTime::from_s(900.0),
             off_block: Some(SimTime::from_s(300.0)),
             routing: Vec::new(),
@@ -553,7 +553,7 @@ mod tests {
             now: SimTime::from_s(700.0),
             times: ListTimes::stated(30.0),
         };
-        let ratio = |born_s: f64, stood: Vector2<f64>, moved_s: f64| {
+        let ratio = |born_s: f64, stood: Point2<f64>, moved_s: f64| {
             let evidence = Evidence {
                 stood_m: Some(stood),
                 moved: Some(SimTime::from_s(moved_s)),
@@ -561,13 +561,13 @@ mod tests {
             };
             evidence.log_ratio(&Spread::default(), SimTime::from_s(born_s), &entry, &list)
         };
-        let far = Vector2::new(120.0, 0.0);
+        let far = Point2::new(120.0, 0.0);
         assert!(ratio(50.0, far, 310.0) < -2.0, "before: {}", ratio(50.0, far, 310.0));
         assert!(ratio(600.0, far, 650.0) > -0.7, "after: {}", ratio(600.0, far, 650.0));
         // Minutes on, the one that stands elsewhere speaks no more against this line than the one before did.
         assert!(ratio(400.0, far, 650.0) - ratio(600.0, far, 650.0) < 0.2);
-        assert!(ratio(50.0, Vector2::zeros(), 310.0) > 0.5, "at its stand it speaks for it");
-        assert!(ratio(600.0, Vector2::zeros(), 650.0) < 0.0, "who stands there after is another");
+        assert!(ratio(50.0, Point2::origin(), 310.0) > 0.5, "at its stand it speaks for it");
+        assert!(ratio(600.0, Point2::origin(), 650.0) < 0.0, "who stands there after is another");
     }
 
     /// An echo of a pulse before the last follows no runway: what crossed the line of one at 75 m/s, 8° off, "landed" there and
@@ -575,9 +575,9 @@ mod tests {
     #[test]
     fn what_crosses_the_line_of_a_runway_at_speed_has_not_landed_on_it() {
         let config = TrackingConfig::paper();
-        let runway = [Vector2::zeros(), Vector2::new(3_000.0, 0.0)];
+        let runway = [Point2::origin(), Point2::new(3_000.0, 0.0)];
         let flights = FlightList { entries: Vec::new(), runways: vec![("09".to_owned(), runway)] };
-        let fly = |from: Vector2<f64>, legs: &[(u32, Vector2<f64>)]| {
+        let fly = |from: Point2<f64>, legs: &[(u32, Vector2<f64>)]| {
             let (mut evidence, mut place, mut t) = (Evidence::default(), from, 0.0);
             for (seconds, velocity) in legs {
                 for _ in 0..*seconds {
@@ -592,18 +592,18 @@ mod tests {
             }
             evidence
         };
-        let v = Vector2::new;
-        let crossing = fly(v(-1_500.0, 210.0), &[(24, v(74.3, -10.4))]);
+        let (p, v) = (Point2::new, Vector2::new);
+        let crossing = fly(p(-1_500.0, 210.0), &[(24, v(74.3, -10.4))]);
         assert_eq!(crossing.landed, None, "eight degrees off");
-        let aligned = fly(v(-2_000.0, 0.0), &[(10, v(75.0, 0.0))]);
+        let aligned = fly(p(-2_000.0, 0.0), &[(10, v(75.0, 0.0))]);
         assert!(aligned.landed.is_some_and(|at| (at.time.s() - 26.7).abs() < 0.5));
-        let left = fly(v(-2_000.0, 0.0), &[(10, v(75.0, 0.0)), (16, v(73.0, -17.0))]);
+        let left = fly(p(-2_000.0, 0.0), &[(10, v(75.0, 0.0)), (16, v(73.0, -17.0))]);
         assert_eq!(left.landed, None, "aligned for a while, then beside it as fast");
         // Who lands, brakes and turns off keeps it; who goes around keeps it to the runway's end.
         let lands = [(45, v(70.0, 0.0)), (20, v(30.0, 0.0)), (30, v(8.0, -8.0))];
-        assert!(fly(v(-2_000.0, 0.0), &lands).landed.is_some());
+        assert!(fly(p(-2_000.0, 0.0), &lands).landed.is_some());
         let around = [(70, v(75.0, 0.0)), (40, v(53.0, 53.0))];
-        assert!(fly(v(-2_000.0, 0.0), &around).landed.is_some());
+        assert!(fly(p(-2_000.0, 0.0), &around).landed.is_some());
     }
 
     /// Whatever is known of the list's error, its density is one (sum 1), and its distribution is the sum of its density.

@@ -9,7 +9,7 @@ use super::config::Life;
 use super::filter::{TrackFilter, predict};
 use crate::filter::fixed_lag::FixedLag;
 use crate::filter::{Measurement, UpdateError};
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -42,8 +42,8 @@ impl Lag {
     }
 
     /// Position (m) and its covariance (m²).
-    pub(super) fn copy(&self) -> (Vector2<f64>, Matrix2<f64>) {
-        (self.copy.value, self.copy.covariance)
+    pub(super) fn copy(&self) -> (Point2<f64>, Matrix2<f64>) {
+        (Point2::from(self.copy.value), self.copy.covariance)
     }
 
     /// What `plots` (of one time, each with its probability) that updated `before` say of the past.
@@ -108,14 +108,14 @@ mod tests {
 
     fn filter(variance_m2: f64) -> TrackFilter {
         let r = Sym2 { xx: variance_m2, xy: 0.0, yy: variance_m2 };
-        let state = Gaussian::at_position(Vector2::zeros(), r, 2.0, 0.3);
-        let first = plot(0.0, Vector2::zeros(), 1.0);
+        let state = Gaussian::at_position(Point2::origin(), r, 2.0, 0.3);
+        let first = plot(0.0, Point2::origin(), 1.0);
         let mut rung = Estimator::from_plot(&FilterConfig::new(Rung::Ca6), &first).expect("sound");
         rung.replace(SimTime::ZERO, &state);
         TrackFilter::Plain(rung)
     }
 
-    fn plot(t: f64, position_m: Vector2<f64>, variance_m2: f64) -> Plot {
+    fn plot(t: f64, position_m: Point2<f64>, variance_m2: f64) -> Plot {
         plot_at(t, position_m.x, position_m.y, variance_m2)
     }
 
@@ -125,7 +125,7 @@ mod tests {
         let life = crate::fusion::TrackingConfig::paper().life;
         let before = filter(5.0);
         let copied = Lag::of(&before, SimTime::from_s(0.2), &life).expect("later");
-        let seen = plot(1.0, Vector2::new(4.0, -2.0), 2.0);
+        let seen = plot(1.0, Point2::new(4.0, -2.0), 2.0);
         let after = |beta: f64| {
             let mut lag = copied.clone();
             lag.update(&before, &[(seen, beta)], &life).expect("sound");
@@ -150,7 +150,7 @@ mod tests {
         let life = crate::fusion::TrackingConfig::paper().life;
         let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), &life).expect("later");
         let (place, cov) = lag.copy();
-        let seen = plot(0.3, Vector2::new(3.0, 0.0), 1.0);
+        let seen = plot(0.3, Point2::new(3.0, 0.0), 1.0);
         lag.update(&filter(1.0), &[(seen, 1.0)], &life).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
         // Nor what leaves a thousandth of it, more than a plot of any sensor takes.
@@ -158,7 +158,7 @@ mod tests {
         lag.update(&filter(99.2), &[(seen, 1.0)], &life).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
         // Nor does it say anything from then on.
-        let next = plot(0.6, Vector2::new(9.0, 0.0), 1.0);
+        let next = plot(0.6, Point2::new(9.0, 0.0), 1.0);
         lag.update(&filter(100.0), &[(next, 1.0)], &life).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
     }

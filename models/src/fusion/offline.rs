@@ -12,7 +12,7 @@
 //! Processes* (1965), ch. 3, for the chain.
 
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
-use crate::frames::{Vector2, wrap_pi};
+use crate::frames::{Point2, Vector2, wrap_pi};
 use std::collections::BTreeMap;
 
 /// How a target moves.
@@ -202,7 +202,7 @@ pub struct TrueState {
     /// Key of the target.
     pub key: u64,
     /// Position, m.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s.
     pub velocity_mps: Vector2<f64>,
 }
@@ -213,7 +213,7 @@ pub struct DrawnTrack {
     /// Key of its target.
     pub key: u64,
     /// Position, m.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s.
     pub velocity_mps: Vector2<f64>,
 }
@@ -331,7 +331,7 @@ mod tests {
             let truth: Vec<TrueState> = (0..targets)
                 .map(|key| TrueState {
                     key,
-                    position_m: Vector2::new(100.0 * key as f64, 10.0 * scan as f64),
+                    position_m: Point2::new(100.0 * key as f64, 10.0 * scan as f64),
                     velocity_mps: Vector2::new(0.0, 10.0),
                 })
                 .collect();
@@ -387,11 +387,11 @@ mod tests {
             1,
             &[TrueState {
                 key: 4,
-                position_m: Vector2::new(7.0, 8.0),
+                position_m: Point2::new(7.0, 8.0),
                 velocity_mps: Vector2::zeros(),
             }],
         );
-        assert_eq!(exact[0].position_m, Vector2::new(7.0, 8.0));
+        assert_eq!(exact[0].position_m, Point2::new(7.0, 8.0));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Beta-distributed: the sensor's stated probability counts as ten looks. One probability for all places ends tracks in
 //! shadows and keeps dead ones alive in the open.
 
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::SensorId;
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub(super) struct Places {
 }
 
 /// The square of a position.
-pub(super) fn place_of(sensor: SensorId, position_m: Vector2<f64>) -> Place {
+pub(super) fn place_of(sensor: SensorId, position_m: Point2<f64>) -> Place {
     // Casts saturate: what is far off shares the last square.
     (sensor, [(position_m.x / SIDE_M).floor() as i32, (position_m.y / SIDE_M).floor() as i32])
 }
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn a_shadow_is_learnt_where_it_is_and_only_for_its_sensor() {
         let mut places = Places::default();
-        let at = |x: f64| place_of(SensorId(1), Vector2::new(x, 0.0));
+        let at = |x: f64| place_of(SensorId(1), Point2::new(x, 0.0));
         for _ in 0..200 {
             places.learn(at(50.0), false);
             places.learn(at(150.0), true);
@@ -64,7 +64,7 @@ mod tests {
         assert!(places.detection(&at(99.0), 0.9) < 0.05);
         assert!(places.detection(&at(101.0), 0.9) > 0.99);
         assert_eq!(places.detection(&at(250.0), 0.9), 0.9);
-        let other = place_of(SensorId(2), Vector2::new(50.0, 0.0));
+        let other = place_of(SensorId(2), Point2::new(50.0, 0.0));
         assert_eq!(places.detection(&other, 0.9), 0.9);
     }
 
@@ -72,12 +72,12 @@ mod tests {
     fn no_more_squares_are_kept_than_there_is_room_for() {
         let mut places = Places::default();
         for n in 0..(MOST_PLACES + 500) {
-            let far = Vector2::new(n as f64 * SIDE_M, f64::from(u32::MAX) * 1e6);
+            let far = Point2::new(n as f64 * SIDE_M, f64::from(u32::MAX) * 1e6);
             places.learn(place_of(SensorId(1), far), true);
         }
         assert_eq!(places.counts.len(), MOST_PLACES);
         // Those that are kept go on to learn.
-        let first = place_of(SensorId(1), Vector2::new(0.0, f64::from(u32::MAX) * 1e6));
+        let first = place_of(SensorId(1), Point2::new(0.0, f64::from(u32::MAX) * 1e6));
         let before = places.detection(&first, 0.5);
         places.learn(first, false);
         assert!(places.detection(&first, 0.5) < before);
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn what_is_stated_counts_for_ten_looks() {
         let mut places = Places::default();
-        let place = place_of(SensorId(1), Vector2::new(-1.0, 100.0));
+        let place = place_of(SensorId(1), Point2::new(-1.0, 100.0));
         assert_eq!(place, (SensorId(1), [-1, 1]));
         for seen in [true, true, false, true] {
             places.learn(place, seen);

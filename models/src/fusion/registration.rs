@@ -9,7 +9,7 @@
 //! range, would be taken off everything else.
 
 use super::near_side::{self, Body, EchoLaw};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 
@@ -293,7 +293,7 @@ pub(super) struct Registration {
 #[derive(Clone, Debug)]
 pub(super) struct Reference {
     pub(super) time: SimTime,
-    pub(super) position_m: Vector2<f64>,
+    pub(super) position_m: Point2<f64>,
     /// Variance per axis, m².
     pub(super) variance_m2: f64,
     /// Pairs that count as one: 2τ/T, at least 1.
@@ -306,7 +306,7 @@ impl Reference {
     /// A report without plots.
     pub(super) fn new(
         time: SimTime,
-        position_m: Vector2<f64>,
+        position_m: Point2<f64>,
         variance_m2: f64,
         repeats: f64,
     ) -> Self {

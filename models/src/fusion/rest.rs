@@ -2,7 +2,7 @@
 //!
 //! Who stood when it was last seen is looked for there, however long ago that was: what appears beside it is somebody else.
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -12,7 +12,7 @@ pub(super) struct Rest {
     since: SimTime,
     until: SimTime,
     /// Mean of the last plots.
-    place_m: Vector2<f64>,
+    place_m: Point2<f64>,
     plots: u32,
     slow: bool,
 }
@@ -48,7 +48,7 @@ impl Rest {
     }
 
     /// Where it stood when it was last seen, if it did, m.
-    pub(super) fn place_m(&self) -> Option<Vector2<f64>> {
+    pub(super) fn place_m(&self) -> Option<Point2<f64>> {
         let rests =
             self.slow && self.plots >= FEWEST_PLOTS && self.until.since_s(self.since) >= LEAST_S;
         rests.then_some(self.place_m)

@@ -7,7 +7,7 @@
 //! one and a half times. The variance that a body shows is [`plot_variance_m2`]; ln of what was seen in n triples is
 //! N(ln v, 4/n + 0.35²) about it.
 
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 
@@ -72,7 +72,7 @@ const LEAST: f64 = 0.12;
 const MOST: f64 = 5.0;
 
 /// A plot's time and place.
-type At = (SimTime, Vector2<f64>);
+type At = (SimTime, Point2<f64>);
 
 /// The last plot of a radar, and the one a turn before it.
 #[derive(Clone, Copy, Debug)]
@@ -143,7 +143,7 @@ impl Spread {
         let kept = known.and(self.last[place]);
         let two = kept.and_then(|l| Some((l.before?, l.one)));
         if let Some((first, second)) = two.filter(|(_, second)| near(second.0, here.0)) {
-            let bend = first.1 - second.1 * 2.0 + here.1;
+            let bend = first.1.coords - second.1.coords * 2.0 + here.1.coords;
             let parts = [bend.dot(&plot.axis), bend.dot(&plot.across_axis())];
             let stated = [plot.along_m2, plot.across_m2];
             self.triples = KEPT * self.triples + 1.0;
@@ -168,6 +168,7 @@ mod tests {
     use super::*;
     use crate::draw::{DrawKey, Purpose, normal_pair};
     use crate::filter::testing::plot_at;
+    use crate::frames::Vector2;
 
     /// What plots of these types wander, m²: in the mean of them the law is right within a fifth, and of each within a factor of two.
     #[test]

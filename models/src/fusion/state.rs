@@ -20,7 +20,7 @@ use crate::association::lbp::Belief;
 use crate::association::nearest::Pair;
 use crate::association::one_to_one::OneToOne;
 use crate::association::sparse::Sparse;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Identity, Plot};
 use crate::time::SimTime;
 use std::collections::{BTreeMap, VecDeque};
@@ -36,7 +36,7 @@ pub enum Outcome {
         /// Order of birth of the track: the same for its whole life.
         serial: u64,
         /// Position, m.
-        position_m: Vector2<f64>,
+        position_m: Point2<f64>,
         /// Velocity, m/s.
         velocity_mps: Vector2<f64>,
     },
@@ -171,7 +171,7 @@ pub(super) struct Work {
     pub(super) claims: Vec<u32>,
     /// Of each plot of a cluster: the sum of what its tracks claim of it.
     pub(super) claimed: Vec<f64>,
-    pub(super) positions: Vec<Vector2<f64>>,
+    pub(super) positions: Vec<Point2<f64>>,
     /// Earliest and latest time of the batch.
     pub(super) span: (SimTime, SimTime),
     /// Candidates of the batch that no track had when they were laid out.

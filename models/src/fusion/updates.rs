@@ -3,7 +3,7 @@
 use super::config::TrackingConfig;
 use super::filter::{TrackFilter, predict};
 use crate::filter::UpdateError;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 
@@ -33,7 +33,7 @@ pub(super) enum Record {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taken {
     time: SimTime,
-    position_m: Vector2<f64>,
+    position_m: Point2<f64>,
     axis: Vector2<f64>,
     along_m2: f64,
     across_m2: f64,
@@ -129,7 +129,7 @@ pub(super) fn likeliest(plots: &[(Plot, f64)]) -> &Plot {
 /// What an update led to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct After {
-    pub(super) position_m: Vector2<f64>,
+    pub(super) position_m: Point2<f64>,
     pub(super) velocity_mps: Vector2<f64>,
     /// The filter began again.
     pub(super) reborn: bool,

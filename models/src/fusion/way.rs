@@ -8,7 +8,7 @@ use super::lag::Lag;
 use super::ring::{Past, RingOf, Slotted};
 use super::updates::{After, Record, Taken, Update, again, likeliest, step, whole};
 use crate::filter::{Gaussian, UpdateError};
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -35,9 +35,9 @@ impl Entry {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Applied {
     /// The plot was taken; position and velocity just after it.
-    Taken { position_m: Vector2<f64>, velocity_mps: Vector2<f64> },
+    Taken { position_m: Point2<f64>, velocity_mps: Vector2<f64> },
     /// The filter could not go on: the track was started again from this plot.
-    Reborn { position_m: Vector2<f64>, velocity_mps: Vector2<f64> },
+    Reborn { position_m: Point2<f64>, velocity_mps: Vector2<f64> },
     /// The plot was refused by the filter and left no trace.
     Refused,
 }
@@ -166,7 +166,7 @@ impl Way {
         then: SimTime,
         config: &TrackingConfig,
         ring: &Ring,
-    ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    ) -> Option<(Point2<f64>, Matrix2<f64>)> {
         let life = &config.life;
         if self.now.time() <= then {
             return Lag::of(&self.now, then, life).ok().map(|lag| lag.copy());
@@ -208,7 +208,7 @@ impl Way {
         first: usize,
         config: &TrackingConfig,
         ring: &Ring,
-    ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    ) -> Option<(Point2<f64>, Matrix2<f64>)> {
         let mut found = filter.copy()?;
         for at in &self.past[first..] {
             let update = &ring[at.slot].update;

@@ -1,7 +1,7 @@
 //! Parts of an airport, as requirements name them.
 
 use crate::airport::{Airport, distance_to_segment_m};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 
 /// Where a target is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,12 +69,12 @@ impl Default for AreaRules {
 /// A segment with half its width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Strip {
-    ends_m: [Vector2<f64>; 2],
+    ends_m: [Point2<f64>; 2],
     half_m: f64,
 }
 
 impl Strip {
-    fn holds(&self, point: Vector2<f64>) -> bool {
+    fn holds(&self, point: Point2<f64>) -> bool {
         distance_to_segment_m(point, self.ends_m[0], self.ends_m[1]) <= self.half_m
     }
 }
@@ -85,7 +85,7 @@ pub struct AreaMap {
     rules: AreaRules,
     runways: Vec<Strip>,
     taxiways: Vec<Strip>,
-    stands: Vec<Vector2<f64>>,
+    stands: Vec<Point2<f64>>,
 }
 
 impl AreaMap {
@@ -119,7 +119,7 @@ impl AreaMap {
 
     /// The area of a point at a height above the ground (none: on the ground).
     #[must_use]
-    pub fn at(&self, point: Vector2<f64>, height_m: Option<f64>) -> Area {
+    pub fn at(&self, point: Point2<f64>, height_m: Option<f64>) -> Area {
         if height_m.is_some_and(|h| h > self.rules.airborne_m) {
             return Area::Airborne;
         }
@@ -149,10 +149,10 @@ mod tests {
     fn every_part_is_told_apart() {
         let node = |name: &str, x: f64, y: f64| Node {
             name: name.into(),
-            position_m: Vector2::new(x, y),
+            position_m: Point2::new(x, y),
             hold: Hold::None,
         };
-        let ends_m = [Vector2::new(0.0, 0.0), Vector2::new(3000.0, 0.0)];
+        let ends_m = [Point2::new(0.0, 0.0), Point2::new(3000.0, 0.0)];
         let airport = Airport {
             runways: vec![Runway {
                 names: ["09".into(), "27".into()],
@@ -171,22 +171,22 @@ mod tests {
             }],
             stands: vec![Stand {
                 name: "1".into(),
-                position_m: Vector2::new(1000.0, 650.0),
+                position_m: Point2::new(1000.0, 650.0),
                 heading_rad: 0.0,
                 node: None,
             }],
             ..Airport::default()
         };
         let map = AreaMap::of(&airport, AreaRules::default());
-        let at = |x: f64, y: f64| map.at(Vector2::new(x, y), Some(0.0));
+        let at = |x: f64, y: f64| map.at(Point2::new(x, y), Some(0.0));
         assert_eq!(at(500.0, 44.0), Area::Runway);
         assert_eq!(at(1010.0, 300.0), Area::Taxiway);
         assert_eq!(at(1000.0, 580.0), Area::Apron);
         assert_eq!(at(1003.0, 648.0), Area::Stand);
         assert_eq!(at(2000.0, 300.0), Area::Elsewhere);
-        assert_eq!(map.at(Vector2::new(500.0, 0.0), Some(40.0)), Area::Airborne);
-        assert_eq!(map.at(Vector2::new(f64::NAN, 0.0), None), Area::Elsewhere);
+        assert_eq!(map.at(Point2::new(500.0, 0.0), Some(40.0)), Area::Airborne);
+        assert_eq!(map.at(Point2::new(f64::NAN, 0.0), None), Area::Elsewhere);
         let open = AreaMap::open(AreaRules::default());
-        assert_eq!(open.at(Vector2::zeros(), None), Area::Elsewhere);
+        assert_eq!(open.at(Point2::origin(), None), Area::Elsewhere);
     }
 }

@@ -1,7 +1,7 @@
 //! What was true and what was reported, as it stands in a recording.
 
 use super::robust::{FAR_OFF, quantile};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::time::SimTime;
 
 /// True state of a target at one time.
@@ -10,7 +10,7 @@ pub struct TruthPoint {
     /// When.
     pub time: SimTime,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north.
     pub velocity_mps: Vector2<f64>,
     /// Height above the ground, m, where known.
@@ -67,7 +67,7 @@ pub struct Report {
     /// When it was published, where known.
     pub published: Option<SimTime>,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north, where the track has one.
     pub velocity_mps: Option<Vector2<f64>>,
     /// Its label; empty for none.
@@ -137,13 +137,13 @@ impl Recording {
         let mut left_out = 0;
         for target in &mut self.targets {
             let before = target.path.len();
-            target.path.retain(|p| finite(&p.position_m) && finite(&p.velocity_mps));
+            target.path.retain(|p| finite(&p.position_m.coords) && finite(&p.velocity_mps));
             target.path.sort_by_key(|p| p.time);
             left_out += before - target.path.len();
             target.path.dedup_by_key(|p| p.time);
         }
         let before = self.reports.len();
-        self.reports.retain(|r| finite(&r.position_m));
+        self.reports.retain(|r| finite(&r.position_m.coords));
         for report in &mut self.reports {
             report.velocity_mps = report.velocity_mps.filter(finite);
         }
@@ -154,8 +154,7 @@ impl Recording {
 
 /// Velocities by central differences, for paths that were recorded without.
 pub fn differentiate(path: &mut [TruthPoint]) {
-    let states: Vec<(SimTime, Vector2<f64>)> =
-        path.iter().map(|p| (p.time, p.position_m)).collect();
+    let states: Vec<(SimTime, Point2<f64>)> = path.iter().map(|p| (p.time, p.position_m)).collect();
     for (k, point) in path.iter_mut().enumerate() {
         let (a, b) = (states[k.saturating_sub(1)], states[(k + 1).min(states.len() - 1)]);
         let span = b.0.since_s(a.0);
@@ -170,7 +169,7 @@ mod tests {
     fn parabola(s: f64) -> TruthPoint {
         TruthPoint {
             time: SimTime::from_s(s),
-            position_m: Vector2::new(s * s, 3.0 * s),
+            position_m: Point2::new(s * s, 3.0 * s),
             velocity_mps: Vector2::new(2.0 * s, 3.0),
             height_m: Some(s),
         }

@@ -8,7 +8,7 @@
 use super::areas::{Area, AreaMap};
 use super::recording::{Recording, Report, TruthPoint};
 use super::sets::{Gospa, gospa};
-use crate::frames::{Vector2, wrap_pi};
+use crate::frames::{Point2, Vector2, wrap_pi};
 use crate::time::SimTime;
 use std::collections::BTreeMap;
 
@@ -370,9 +370,9 @@ impl<'a> Run<'a> {
                 self.latency.1 += 1;
             }
         }
-        let places: Vec<Vector2<f64>> = truth.iter().map(|t| t.1.position_m).collect();
+        let places: Vec<Point2<f64>> = truth.iter().map(|t| t.1.position_m).collect();
         // Reports of other moments of the scan, moved to its middle by their own velocity.
-        let moved: Vec<Vector2<f64>> = reports
+        let moved: Vec<Point2<f64>> = reports
             .iter()
             .map(|r| r.position_m + r.velocity_mps.unwrap_or_default() * at.since_s(r.time))
             .collect();
@@ -424,9 +424,9 @@ impl<'a> Run<'a> {
     fn pairs(
         &self,
         truth: &[(usize, TruthPoint)],
-        places: &[Vector2<f64>],
+        places: &[Point2<f64>],
         reports: &[Report],
-        moved: &[Vector2<f64>],
+        moved: &[Point2<f64>],
     ) -> Vec<(usize, usize)> {
         let mut pairs = Vec::new();
         let mut by_track: BTreeMap<u64, usize> = BTreeMap::new();
@@ -570,7 +570,7 @@ fn close(follow: &mut Follow) -> Stay {
     stay
 }
 
-fn distance(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+fn distance(a: Point2<f64>, b: Point2<f64>) -> f64 {
     libm::hypot(a.x - b.x, a.y - b.y)
 }
 
@@ -585,7 +585,7 @@ mod tests {
     fn line(name: &str, from: (f64, f64), v: (f64, f64), scans: u32) -> Target {
         let at = |k: u32| TruthPoint {
             time: SimTime::from_s(f64::from(k)),
-            position_m: Vector2::new(from.0 + v.0 * f64::from(k), from.1 + v.1 * f64::from(k)),
+            position_m: Point2::new(from.0 + v.0 * f64::from(k), from.1 + v.1 * f64::from(k)),
             velocity_mps: Vector2::new(v.0, v.1),
             height_m: Some(0.0),
         };
@@ -598,7 +598,7 @@ mod tests {
             track,
             time,
             published: Some(time.plus_s(0.25)),
-            position_m: Vector2::new(x, y),
+            position_m: Point2::new(x, y),
             velocity_mps: Some(Vector2::new(10.0, 0.0)),
             label: label.into(),
         }
@@ -721,7 +721,7 @@ mod tests {
             for (target, s, x, y) in points {
                 targets[target as usize].path.push(TruthPoint {
                     time: SimTime(s * 500_000_000),
-                    position_m: Vector2::new(x, y),
+                    position_m: Point2::new(x, y),
                     velocity_mps: Vector2::new(y, x),
                     height_m: Some(x),
                 });
@@ -730,7 +730,7 @@ mod tests {
                 track,
                 time: SimTime(s * 400_000_000),
                 published: None,
-                position_m: Vector2::new(x, y),
+                position_m: Point2::new(x, y),
                 velocity_mps: Some(Vector2::new(y, x)),
                 label: String::new(),
             });

@@ -5,7 +5,7 @@ use crate::association::cluster::Clusters;
 use crate::association::grid::Grid;
 use crate::association::nearest::Pair;
 use crate::filter::Nis;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// GOSPA with α = 2, and its parts.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Gospa {
 /// at the cut-off or beyond is one missed target and one false track. Source: Rahmathullah,
 /// García-Fernández, Svensson, FUSION 2017. Positions that are not finite pair with nothing.
 #[must_use]
-pub fn gospa(truth_m: &[Vector2<f64>], tracks_m: &[Vector2<f64>], cut_off_m: f64, p: f64) -> Gospa {
+pub fn gospa(truth_m: &[Point2<f64>], tracks_m: &[Point2<f64>], cut_off_m: f64, p: f64) -> Gospa {
     let pairs = best_pairs(truth_m, tracks_m, cut_off_m, p);
     let localisation =
         pairs.iter().map(|&(t, k)| power(distance(truth_m[t], tracks_m[k]), p)).sum();
@@ -44,7 +44,7 @@ pub fn gospa(truth_m: &[Vector2<f64>], tracks_m: &[Vector2<f64>], cut_off_m: f64
 /// `[(min Σ min(d, c)^p + c^p (n − m))/n]^{1/p}`, m ≤ n the sizes of the sets; two empty sets give 0.
 /// Source: Schuhmacher, Vo, Vo, IEEE Trans. Signal Processing 56 (2008).
 #[must_use]
-pub fn ospa(truth_m: &[Vector2<f64>], tracks_m: &[Vector2<f64>], cut_off_m: f64, p: f64) -> f64 {
+pub fn ospa(truth_m: &[Point2<f64>], tracks_m: &[Point2<f64>], cut_off_m: f64, p: f64) -> f64 {
     let larger = truth_m.len().max(tracks_m.len());
     if larger == 0 {
         return 0.0;
@@ -58,8 +58,8 @@ pub fn ospa(truth_m: &[Vector2<f64>], tracks_m: &[Vector2<f64>], cut_off_m: f64,
 /// The pairs nearer than the cut-off that save most: each saves `c^p − d^p` against leaving both
 /// alone, in either metric. Only neighbours are looked at, and no pair crosses a cluster.
 fn best_pairs(
-    truth_m: &[Vector2<f64>],
-    tracks_m: &[Vector2<f64>],
+    truth_m: &[Point2<f64>],
+    tracks_m: &[Point2<f64>],
     cut_off_m: f64,
     p: f64,
 ) -> Vec<(usize, usize)> {
@@ -117,7 +117,7 @@ fn best_pairs(
     found
 }
 
-fn distance(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+fn distance(a: Point2<f64>, b: Point2<f64>) -> f64 {
     libm::hypot(a.x - b.x, a.y - b.y)
 }
 
@@ -138,8 +138,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn points(values: &[(f64, f64)]) -> Vec<Vector2<f64>> {
-        values.iter().map(|&(x, y)| Vector2::new(x, y)).collect()
+    fn points(values: &[(f64, f64)]) -> Vec<Point2<f64>> {
+        values.iter().map(|&(x, y)| Point2::new(x, y)).collect()
     }
 
     proptest! {

@@ -15,7 +15,7 @@ use crate::effects::positioning::{
 };
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
@@ -303,9 +303,9 @@ impl Sensor for Adsb {
                 let mut position_m = measured_m;
                 if levels.on(E::Rounding) {
                     planning.count(E::Rounding);
-                    position_m = measured_m.zip_map(&step_m, |x, step| {
+                    position_m = Point2::from(measured_m.coords.zip_map(&step_m, |x, step| {
                         if step > 0.0 { (x / step).round() * step } else { x }
-                    });
+                    }));
                 }
                 let variance =
                     |step: f64| sigma_m * sigma_m + rounding_sigma(step) * rounding_sigma(step);

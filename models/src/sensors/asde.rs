@@ -22,7 +22,7 @@ pub use declared::{ALL_KEYS, DECLARED};
 
 use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
-use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::frames::{Azimuth, Point2, wrap_pi};
 use crate::plot::{Plot, SensorId, SensorKind};
 use crate::sensors::config::ConfigError;
 use crate::sensors::radar::aspect::AspectTables;
@@ -52,7 +52,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Asde {
     id: SensorId,
-    site_m: Vector2<f64>,
+    site_m: Point2<f64>,
     parameters: AsdeParameters,
     radar: Radar,
     detector: Detector,
@@ -133,7 +133,7 @@ impl Asde {
     /// A parameter outside its limits.
     pub fn new(
         id: SensorId,
-        site_m: Vector2<f64>,
+        site_m: Point2<f64>,
         parameters: AsdeParameters,
     ) -> Result<Self, ConfigError> {
         parameters.validate()?;

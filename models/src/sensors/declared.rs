@@ -5,7 +5,7 @@
 
 use crate::effects::Tolerance;
 use crate::effects::positioning::Model;
-use crate::frames::{Vector2, Vector3};
+use crate::frames::{Point2, Point3};
 use crate::kind::{Kind, SensorKind};
 use crate::plot::SensorId;
 use crate::sensors::Sensor;
@@ -118,7 +118,7 @@ pub enum Value {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Place {
     /// East, north, up, m.
-    pub position_m: Vector3<f64>,
+    pub position_m: Point3<f64>,
     /// Whether its height is given.
     pub has_height: bool,
     /// Its other numbers.
@@ -137,7 +137,7 @@ pub struct Given<'a> {
     /// Its values by key.
     pub values: &'a BTreeMap<String, Value>,
     /// Where it stands, if anywhere.
-    pub site_m: Option<Vector3<f64>>,
+    pub site_m: Option<Point3<f64>>,
     /// Who carries it.
     pub equipped: Equipage,
     /// Reference point of the airport.
@@ -166,8 +166,8 @@ impl Given<'_> {
 
     /// East and north of the site; the reference point where there is none.
     #[must_use]
-    pub fn place_m(&self) -> Vector2<f64> {
-        self.site_m.map_or_else(Vector2::zeros, |site| site.xy())
+    pub fn place_m(&self) -> Point2<f64> {
+        self.site_m.map_or_else(Point2::origin, |site| site.xy())
     }
 
     /// Puts a number in place of `slot` if it is given.
@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn settings_are_equal_if_all_their_numbers_are() {
         use crate::sensors::induction_loop::LoopConfig;
-        let one = LoopConfig::pair_at(SensorId(1), Vector2::new(3.0, 4.0), 90.0);
+        let one = LoopConfig::pair_at(SensorId(1), Point2::new(3.0, 4.0), 90.0);
         let other = LoopConfig { delay_s: one.delay_s + 1e-15, ..one.clone() };
         let as_settings = |config: &LoopConfig| -> Box<dyn Settings> { Box::new(config.clone()) };
         assert!(*as_settings(&one) == *as_settings(&one));

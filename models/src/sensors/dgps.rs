@@ -11,7 +11,7 @@ use crate::draw::DrawKey;
 use crate::effects::positioning::{Model, Planning, PositioningEffect as E, PositioningLevels};
 use crate::effects::{Level, PlanRow};
 use crate::environment::Weather;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
@@ -201,7 +201,7 @@ pub struct DgpsConfig {
     /// Time between two reports of a target, s.
     pub report_s: f64,
     /// Where the reference station stands, airport frame, m.
-    pub reference_m: Vector2<f64>,
+    pub reference_m: Point2<f64>,
     /// Failures of the reference station, common to all users.
     pub reference: Alternating,
     /// What happens meanwhile; range by range there is no report in any case.
@@ -213,7 +213,7 @@ pub struct DgpsConfig {
 impl DgpsConfig {
     /// A station on the airport with MTBF 1 000 h and repair in 1 h.
     #[must_use]
-    pub fn on_airport(id: SensorId, reference_m: Vector2<f64>) -> Self {
+    pub fn on_airport(id: SensorId, reference_m: Point2<f64>) -> Self {
         Self {
             id,
             equipped: Equipage::all(),
@@ -573,7 +573,7 @@ pub static DECLARED: Declared = Declared {
     models: &[
         Modelled {
             model: &BUDGET,
-            example: |id| Ok(Box::new(Dgps::new(DgpsConfig::on_airport(id, Vector2::zeros()))?)),
+            example: |id| Ok(Box::new(Dgps::new(DgpsConfig::on_airport(id, Point2::origin()))?)),
             file: file!(),
         },
         Modelled {
@@ -581,7 +581,7 @@ pub static DECLARED: Declared = Declared {
             example: |id| {
                 let corrections = Some(RangeCorrections::on_airport());
                 let model = DgpsModel::PerSatellite(RangingConfig::example(corrections));
-                let config = DgpsConfig { model, ..DgpsConfig::on_airport(id, Vector2::zeros()) };
+                let config = DgpsConfig { model, ..DgpsConfig::on_airport(id, Point2::origin()) };
                 Ok(Box::new(Dgps::new(config)?))
             },
             file: file!(),
@@ -699,7 +699,7 @@ mod tests {
         let model = Budgeted { service: Service::PERFECT, ..Budgeted::on_airport() };
         DgpsConfig {
             model: DgpsModel::Budget(model),
-            ..DgpsConfig::on_airport(SensorId(1), Vector2::zeros())
+            ..DgpsConfig::on_airport(SensorId(1), Point2::origin())
         }
     }
 

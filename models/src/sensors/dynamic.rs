@@ -15,8 +15,8 @@ use crate::effects::positioning::{
 };
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
-use crate::frames::Vector2;
 use crate::frames::ellipse;
+use crate::frames::{Point2, Vector2};
 use crate::keys::{Holds, Key};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
@@ -51,7 +51,7 @@ pub struct DynamicConfig {
     /// White error of each report, m.
     pub sigma_white_m: f64,
     /// Places where the position becomes known again, airport frame, m; at most 256.
-    pub resets_m: Vec<Vector2<f64>>,
+    pub resets_m: Vec<Point2<f64>>,
     /// How near a target must come to one, m.
     pub reset_radius_m: f64,
 }
@@ -112,11 +112,11 @@ struct Drift {
     /// Errors of the scale and of the heading (rad).
     rates: [f64; 2],
     covariance: Matrix4<f64>,
-    last: (SimTime, Vector2<f64>),
+    last: (SimTime, Point2<f64>),
 }
 
 impl Drift {
-    fn start(config: &DynamicConfig, key: DrawKey, now: SimTime, position_m: Vector2<f64>) -> Self {
+    fn start(config: &DynamicConfig, key: DrawKey, now: SimTime, position_m: Point2<f64>) -> Self {
         let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(DRAWS);
         let (a, b) = normal_pair(&mut rng);
         let (c, d) = normal_pair(&mut rng);
@@ -140,7 +140,7 @@ impl Drift {
         config: &DynamicConfig,
         normal: f64,
         now: SimTime,
-        position_m: Vector2<f64>,
+        position_m: Point2<f64>,
         levels: &PositioningLevels,
     ) {
         let (then, there_m) = self.last;
@@ -497,7 +497,7 @@ mod tests {
     fn a_known_place_takes_the_drift_off() {
         // Each target passes its own place at 905 m; 80 m or 0.4 m of drift are left after it.
         let config = DynamicConfig {
-            resets_m: (0..250).map(|k| Vector2::new(905.0, f64::from(k) * 100.0)).collect(),
+            resets_m: (0..250).map(|k| Point2::new(905.0, f64::from(k) * 100.0)).collect(),
             reset_radius_m: 10.0,
             ..DynamicConfig::odometer(SensorId(9))
         };

@@ -17,7 +17,7 @@ use crate::effects::positioning::{
 };
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2, Vector2};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{Plot, SensorId, SensorKind};
 use crate::sensors::config::ConfigError;
@@ -288,7 +288,7 @@ impl InductionLoop {
         Some((t2, centre_m, passage_m * passage_m + stretch_m * stretch_m))
     }
 
-    fn plot(&self, time: SimTime, position_m: Vector2<f64>, variance_m2: f64) -> Plot {
+    fn plot(&self, time: SimTime, position_m: Point2<f64>, variance_m2: f64) -> Plot {
         Plot {
             sensor: self.config.id,
             kind: SensorKind::Loop,
@@ -427,7 +427,7 @@ pub static DECLARED: Declared = Declared {
         model: &MODEL,
         // Loops across fifty lanes.
         example: |id| {
-            let site_m = Vector2::new(0.0, 100.0);
+            let site_m = Point2::new(0.0, 100.0);
             let config = LoopConfig {
                 half_width_m: 100.0,
                 false_per_h: 1.0,

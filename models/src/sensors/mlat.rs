@@ -15,7 +15,7 @@ use crate::effects::positioning::{
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::{Weather, wavelength_m};
 use crate::frames::ellipse;
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2, Vector2};
 use crate::keys::{Holds, Key};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
@@ -50,7 +50,7 @@ pub struct BlindSector {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Station {
     /// Where it stands, airport frame, m.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Height of its antenna above the surface, m.
     pub height_m: f64,
     /// How far it hears, m.
@@ -62,7 +62,7 @@ pub struct Station {
 impl Station {
     /// Whether no building cuts the straight line to a transponder `height_m` above the surface.
     #[must_use]
-    pub fn sees(&self, buildings: &[Building], target_m: Vector2<f64>, height_m: f64) -> bool {
+    pub fn sees(&self, buildings: &[Building], target_m: Point2<f64>, height_m: f64) -> bool {
         let line = SightLine {
             site_m: self.position_m,
             antenna_m: self.height_m,
@@ -75,7 +75,7 @@ impl Station {
 
     /// Whether a target at `target_m` is within reach and in no blind sector.
     #[must_use]
-    pub fn hears(&self, target_m: Vector2<f64>) -> bool {
+    pub fn hears(&self, target_m: Point2<f64>) -> bool {
         let d = target_m - self.position_m;
         let far_m = d.norm();
         far_m <= self.range_m
@@ -116,8 +116,8 @@ pub struct MlatConfig {
 impl MlatConfig {
     /// Stations 15 m high at these places that hear 10 km, with 5 ns of timing error, in the open.
     #[must_use]
-    pub fn with_stations(id: SensorId, stations_m: &[Vector2<f64>]) -> Self {
-        let station = |&position_m: &Vector2<f64>| Station {
+    pub fn with_stations(id: SensorId, stations_m: &[Point2<f64>]) -> Self {
+        let station = |&position_m: &Point2<f64>| Station {
             position_m,
             height_m: 15.0,
             range_m: 10_000.0,
@@ -173,9 +173,9 @@ impl MlatConfig {
 
     /// The middle of the stations, m.
     #[must_use]
-    pub fn middle_m(&self) -> Vector2<f64> {
-        let sum = self.stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m);
-        sum / self.stations.len().max(1) as f64
+    pub fn middle_m(&self) -> Point2<f64> {
+        let sum = self.stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m.coords);
+        Point2::from(sum / self.stations.len().max(1) as f64)
     }
 
     /// Variance of one range, m², as a fix of `stations` shows it whose residuals have the sum of squares `left_m2`.
@@ -215,7 +215,8 @@ const LEAST_OFF_LINE_M: f64 = 10.0;
 /// How far the stations reach off the line that fits them best, m: the deviation across it times √n.
 fn off_line_m(stations: &[Station]) -> f64 {
     let n = stations.len().max(1) as f64;
-    let middle = stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m) / n;
+    let sum = stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m.coords);
+    let middle = Point2::from(sum / n);
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for station in stations {
         let d = station.position_m - middle;
@@ -504,11 +505,11 @@ impl MlatConfig {
     /// Five stations among sheds.
     fn example(id: SensorId) -> Self {
         let places = [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
-            .map(|(x, y)| Vector2::new(x, y));
+            .map(|(x, y)| Point2::new(x, y));
         let shed = |i: u32| Building {
             name: "shed".into(),
             footprint_m: [(0.0, 0.0), (80.0, 0.0), (80.0, 30.0), (0.0, 30.0)]
-                .map(|(x, y)| Vector2::new(700.0 + 150.0 * f64::from(i) + x, 800.0 + y))
+                .map(|(x, y)| Point2::new(700.0 + 150.0 * f64::from(i) + x, 800.0 + y))
                 .to_vec(),
             height_m: 12.0,
             facade: &crate::environment::surface::MATERIALS[0],

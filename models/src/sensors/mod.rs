@@ -12,7 +12,7 @@ pub mod reporting;
 pub(crate) mod testing;
 
 use crate::environment::Weather;
-use crate::frames::Vector3;
+use crate::frames::{Point3, Vector3};
 use crate::plot::{Callsign, Plot};
 use crate::time::SimTime;
 use radar::shape::Shape;
@@ -81,7 +81,7 @@ pub struct TargetClass {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetState {
     /// Reference point (centre), m east, north, up (up from the aerodrome reference plane).
-    pub position_m: Vector3<f64>,
+    pub position_m: Point3<f64>,
     /// Velocity, m/s east, north, up.
     pub velocity_mps: Vector3<f64>,
     /// Where the nose points, radians clockwise from north.
@@ -144,7 +144,7 @@ pub struct Cause {
     /// Key of the entity; `None` for false alarms.
     pub key: Option<u64>,
     /// True position at the plot's own time, m (the state the sensor looked at).
-    pub truth_m: Option<crate::frames::Vector2<f64>>,
+    pub truth_m: Option<crate::frames::Point2<f64>>,
     /// What each simulated effect did (filled only where the scan is asked to explain).
     pub effects: Vec<Contribution>,
 }

@@ -16,7 +16,7 @@ use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::positioning::{Ladders, Model, Planning, PositioningEffect as E};
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2, Vector2};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
 use crate::sensors::declared::{Modelled, Settings};
@@ -33,12 +33,12 @@ pub enum OfflineAxes {
     /// First axis north, second east.
     NorthEast,
     /// First axis away from a site (east, north, m), second clockwise around it.
-    Radial(Vector2<f64>),
+    Radial(Point2<f64>),
 }
 
 impl OfflineAxes {
     /// The first axis at a place.
-    fn at(self, position_m: Vector2<f64>) -> Vector2<f64> {
+    fn at(self, position_m: Point2<f64>) -> Vector2<f64> {
         match self {
             Self::NorthEast => Vector2::new(0.0, 1.0),
             Self::Radial(site_m) => Azimuth::of(position_m - site_m).unit(),
@@ -46,7 +46,7 @@ impl OfflineAxes {
     }
 
     /// An error at a place along the first and the second axis.
-    fn parts(self, position_m: Vector2<f64>, error_m: Vector2<f64>) -> [f64; 2] {
+    fn parts(self, position_m: Point2<f64>, error_m: Vector2<f64>) -> [f64; 2] {
         let first = self.at(position_m);
         [error_m.dot(&first), error_m.dot(&Vector2::new(first.y, -first.x))]
     }
@@ -308,7 +308,7 @@ pub struct OfflineConfig {
     /// Axes of the figures.
     pub axes: OfflineAxes,
     /// A place (east, north, m) and the distance from it beyond which nothing is seen, m.
-    pub reach: Option<(Vector2<f64>, f64)>,
+    pub reach: Option<(Point2<f64>, f64)>,
     /// The figures.
     pub figures: OfflineFit,
 }
@@ -447,7 +447,7 @@ impl Sensor for Offline {
             truth,
             |_| State::default(),
             |state, due| {
-                let beyond = |&(site_m, reach_m): &(Vector2<f64>, f64)| {
+                let beyond = |&(site_m, reach_m): &(Point2<f64>, f64)| {
                     (due.state.position_m.xy() - site_m).norm() > reach_m
                 };
                 if config.reach.as_ref().is_some_and(beyond) {
@@ -706,9 +706,9 @@ mod tests {
         use crate::sensors::dgps::{Dgps, DgpsConfig};
         use crate::sensors::dynamic::{Dynamic, DynamicConfig};
         use crate::sensors::mlat::{Mlat, MlatConfig};
-        let (id, here) = (SensorId(1), Vector2::zeros());
+        let (id, here) = (SensorId(1), Point2::origin());
         let stations = [(-500.0, -500.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0)]
-            .map(|(x, y)| Vector2::new(x, y));
+            .map(|(x, y)| Point2::new(x, y));
         let online: [Box<dyn Sensor>; 5] = [
             Box::new(Gps::new(gps()).expect("sound")),
             Box::new(Dgps::new(DgpsConfig::on_airport(id, here)).expect("sound")),
@@ -754,7 +754,7 @@ mod tests {
         ] {
             let figures = fit(&seen(samples), 1.0).expect(name);
             let config = OfflineConfig {
-                axes: OfflineAxes::Radial(Vector2::zeros()),
+                axes: OfflineAxes::Radial(Point2::origin()),
                 ..OfflineConfig::of(SensorId(1), SensorKind::Asde, figures)
             };
             assert!(config.validate().is_ok(), "{name}: {figures:?}");

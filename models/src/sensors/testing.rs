@@ -1,6 +1,7 @@
 //! Truth for the tests of sensors: targets that stand, or roll straight on.
 
 use crate::environment::Weather;
+use crate::frames::Point3;
 use crate::frames::{Vector2, Vector3};
 use crate::plot::Callsign;
 use crate::sensors::radar::sample_shapes;
@@ -109,7 +110,7 @@ impl Truth for Parked {
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         Some(TargetState {
-            position_m: Vector3::new(0.0, self.keys[index] as f64 * 100.0, 0.0)
+            position_m: Point3::new(0.0, self.keys[index] as f64 * 100.0, 0.0)
                 + self.velocity_mps * time.s(),
             velocity_mps: self.velocity_mps,
             heading_rad: self.heading_rad,

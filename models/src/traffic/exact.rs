@@ -10,7 +10,7 @@ use crate::control::lights::{self, Failed};
 use crate::control::parameters::Parameters;
 use crate::control::safety_net::{SafetyNet, Scan};
 use crate::control::situation::{Target, TargetClass};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 
@@ -137,7 +137,7 @@ pub fn targets(core: &Core, now: SimTime) -> Vec<Target> {
             class: if flight.is_some() { TargetClass::Aircraft } else { TargetClass::Vehicle },
             arriving: flight.is_some_and(|f| f.direction == Direction::Arrival),
             length_m: flight.map_or(4.6, |f| f.size.length_m),
-            position_m: Vector2::new(state.position_m.x, state.position_m.y),
+            position_m: Point2::new(state.position_m.x, state.position_m.y),
             velocity_mps: Vector2::new(state.velocity_mps.x, state.velocity_mps.y),
             altitude_m: Some(state.position_m.z),
             last_plot: now,

@@ -14,7 +14,7 @@
 //! | R9 | fillets: see [`super::path`] |
 
 use crate::airport::{Airport, Hold};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::collections::{BTreeMap, BTreeSet};
 
 mod holds;
@@ -30,7 +30,7 @@ pub struct NetNode {
     /// Name in its file, or one that says what made it.
     pub name: String,
     /// Place, m.
-    pub at_m: Vector2<f64>,
+    pub at_m: Point2<f64>,
     /// Runway on whose centreline it lies.
     pub runway: Option<usize>,
     /// Runway for which aircraft hold here.
@@ -70,7 +70,7 @@ pub struct NetStand {
     /// Its node, where there is a way to it.
     pub node: Option<usize>,
     /// Place, m, and heading, rad.
-    pub at_m: Vector2<f64>,
+    pub at_m: Point2<f64>,
     /// Heading of a parked aircraft, rad.
     pub heading_rad: f64,
     /// Largest code letter, 0 (A) to 5 (F).
@@ -89,7 +89,7 @@ pub struct NetRunway {
     /// Designators.
     pub names: [String; 2],
     /// Ends, m.
-    pub ends_m: [Vector2<f64>; 2],
+    pub ends_m: [Point2<f64>; 2],
     /// Displacement of the thresholds from the ends, m.
     pub displaced_m: [f64; 2],
     /// Length and width, m.
@@ -129,18 +129,18 @@ const JOINED_M: f64 = 1.0;
 impl NetRunway {
     /// Place along it from the first end and distance from its centreline (right positive), m.
     #[must_use]
-    pub fn place_m(&self, point_m: Vector2<f64>) -> (f64, f64) {
+    pub fn place_m(&self, point_m: Point2<f64>) -> (f64, f64) {
         let along = (self.ends_m[1] - self.ends_m[0]) / self.length_m;
         let from = point_m - self.ends_m[0];
         (from.dot(&along), from.x * along.y - from.y * along.x)
     }
 
-    fn at(&self, place_m: f64) -> Vector2<f64> {
+    fn at(&self, place_m: f64) -> Point2<f64> {
         self.ends_m[0] + (self.ends_m[1] - self.ends_m[0]) * (place_m / self.length_m)
     }
 
     /// Distance from the runway as a line, m.
-    fn distance_m(&self, point_m: Vector2<f64>) -> f64 {
+    fn distance_m(&self, point_m: Point2<f64>) -> f64 {
         crate::airport::distance_to_segment_m(point_m, self.ends_m[0], self.ends_m[1])
     }
 }
@@ -292,7 +292,7 @@ impl Network {
         self.edges = kept;
     }
 
-    fn ends(&self, edge: &NetEdge) -> [Vector2<f64>; 2] {
+    fn ends(&self, edge: &NetEdge) -> [Point2<f64>; 2] {
         edge.nodes.map(|n| self.nodes[n].at_m)
     }
 
@@ -327,7 +327,7 @@ impl Network {
         self.lanes = self.edges.iter().map(|e| e.nodes.iter().any(|n| beside[*n])).collect();
     }
 
-    fn add_node(&mut self, name: String, at_m: Vector2<f64>) -> usize {
+    fn add_node(&mut self, name: String, at_m: Point2<f64>) -> usize {
         self.nodes.push(NetNode {
             name,
             at_m,
@@ -360,12 +360,7 @@ impl Network {
 }
 
 /// Shares of two segments at which they cross, both in [0, 1].
-fn crossing(
-    a: Vector2<f64>,
-    b: Vector2<f64>,
-    c: Vector2<f64>,
-    d: Vector2<f64>,
-) -> Option<(f64, f64)> {
+fn crossing(a: Point2<f64>, b: Point2<f64>, c: Point2<f64>, d: Point2<f64>) -> Option<(f64, f64)> {
     let (u, v, w) = (b - a, d - c, c - a);
     let area = u.x * v.y - u.y * v.x;
     if area.abs() < 1e-9 {

@@ -1,6 +1,6 @@
 //! What a mover covers of the ground: rectangles for fuselage and wing, or for a vehicle.
 
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2, Vector2};
 
 /// Size of a mover.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,13 +17,13 @@ pub struct Size {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Corners in order, m east and north.
-    pub corners_m: [Vector2<f64>; 4],
+    pub corners_m: [Point2<f64>; 4],
 }
 
 /// The outline of a mover: fuselage `L × max(2 m, 0.11 L)` and wing of chord 0.20 L from 0.15 L behind to
 /// 0.05 L ahead of the middle; vehicles are one rectangle (the second is the first).
 #[must_use]
-pub fn outline(size: Size, middle_m: Vector2<f64>, heading_rad: f64) -> [Rectangle; 2] {
+pub fn outline(size: Size, middle_m: Point2<f64>, heading_rad: f64) -> [Rectangle; 2] {
     let ahead = Azimuth::from_rad(heading_rad).unit();
     let right = Vector2::new(ahead.y, -ahead.x);
     let rectangle = |behind_m: f64, ahead_m: f64, width_m: f64| {
@@ -55,13 +55,13 @@ pub fn distance_m(a: &[Rectangle; 2], b: &[Rectangle; 2]) -> f64 {
 
 /// Least distance of an outline from a line, m; 0 where it lies on it.
 #[must_use]
-pub fn distance_to_line_m(a: &[Rectangle; 2], line_m: [Vector2<f64>; 2]) -> f64 {
+pub fn distance_to_line_m(a: &[Rectangle; 2], line_m: [Point2<f64>; 2]) -> f64 {
     let each = a.iter().map(|x| convex_distance_m(&x.corners_m, &line_m));
     each.fold(f64::INFINITY, f64::min)
 }
 
 /// Least distance of two convex polygons, 0 where they overlap or one contains the other.
-fn convex_distance_m(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> f64 {
+fn convex_distance_m(a: &[Point2<f64>], b: &[Point2<f64>]) -> f64 {
     if overlap_depth_m(a, b) >= 0.0 {
         return 0.0;
     }
@@ -80,7 +80,7 @@ fn convex_distance_m(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> f64 {
 /// Depth to which two convex polygons overlap: the least over the directions of their sides (separating
 /// axes); negative where they are apart. Repeated corners are passed over.
 #[must_use]
-pub fn overlap_depth_m(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> f64 {
+pub fn overlap_depth_m(a: &[Point2<f64>], b: &[Point2<f64>]) -> f64 {
     let mut depth = f64::INFINITY;
     for polygon in [a, b] {
         for i in 0..polygon.len() {
@@ -101,9 +101,9 @@ pub fn overlap_depth_m(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> f64 {
     depth
 }
 
-fn extent(polygon: &[Vector2<f64>], axis: Vector2<f64>) -> (f64, f64) {
+fn extent(polygon: &[Point2<f64>], axis: Vector2<f64>) -> (f64, f64) {
     polygon.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-        let along = p.dot(&axis);
+        let along = p.coords.dot(&axis);
         (low.min(along), high.max(along))
     })
 }
@@ -116,9 +116,9 @@ mod tests {
     fn a_wing_reaches_over_a_car_beside_the_fuselage() {
         let a320 = Size { length_m: 37.57, span_m: 35.8, aircraft: true };
         let car = Size { length_m: 4.6, span_m: 1.9, aircraft: false };
-        let aircraft = outline(a320, Vector2::zeros(), 0.0);
+        let aircraft = outline(a320, Point2::origin(), 0.0);
         let beside = |east: f64, north: f64| {
-            distance_m(&aircraft, &outline(car, Vector2::new(east, north), 0.0))
+            distance_m(&aircraft, &outline(car, Point2::new(east, north), 0.0))
         };
         assert_eq!(beside(15.0, -2.0), 0.0, "under the wing");
         assert!(beside(15.0, 10.0) > 3.0, "ahead of the wing");

@@ -1,6 +1,6 @@
 //! A way as a line that can be driven: straight pieces with fillets (R9).
 
-use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::frames::{Azimuth, Point2, Vector2, wrap_pi};
 
 /// A line of straight pieces and arcs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Path {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     from_m: f64,
-    at_m: Vector2<f64>,
+    at_m: Point2<f64>,
     heading_rad: f64,
     /// Positive to the right, 1/m.
     curvature: f64,
@@ -22,7 +22,7 @@ struct Part {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnPath {
     /// East and north, m.
-    pub at_m: Vector2<f64>,
+    pub at_m: Point2<f64>,
     /// Direction clockwise from north, rad, not wrapped.
     pub heading_rad: f64,
     /// 1/m.
@@ -75,7 +75,7 @@ impl Path {
     /// on it (of a fillet: its middle). Points nearer than 1 cm to the one before are passed over.
     #[must_use]
     pub fn over(
-        points: &[Vector2<f64>],
+        points: &[Point2<f64>],
         radius_m: impl Fn(usize, f64) -> f64,
     ) -> (Self, Vec<Corner>) {
         let mut path = Self::default();
@@ -120,7 +120,7 @@ impl Path {
         (path, places)
     }
 
-    fn push(&mut self, at_m: Vector2<f64>, heading_rad: f64, curvature: f64, length_m: f64) {
+    fn push(&mut self, at_m: Point2<f64>, heading_rad: f64, curvature: f64, length_m: f64) {
         if length_m > 0.0 {
             self.parts.push(Part { from_m: self.length_m, at_m, heading_rad, curvature });
             self.length_m += length_m;
@@ -138,7 +138,7 @@ impl Path {
     pub fn at(&self, place_m: f64) -> OnPath {
         let index = self.parts.partition_point(|p| p.from_m <= place_m).saturating_sub(1);
         let Some(part) = self.parts.get(index) else {
-            return OnPath { at_m: Vector2::zeros(), heading_rad: 0.0, curvature: 0.0 };
+            return OnPath { at_m: Point2::origin(), heading_rad: 0.0, curvature: 0.0 };
         };
         let beyond = (place_m - self.length_m).max(0.0);
         let along = place_m.min(self.length_m) - part.from_m;
@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn a_fillet_is_tangent_and_shorter_than_its_corner() {
         let points = [(0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 103.0)];
-        let points = points.map(|(x, y)| Vector2::new(x, y));
+        let points = points.map(|(x, y)| Point2::new(x, y));
         let (path, places) = Path::over(&points, |_, _| 30.0);
         assert!(path.length_m() < 203.0 && path.length_m() > 180.0);
         let mut place = 0.0;

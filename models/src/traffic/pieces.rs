@@ -8,7 +8,7 @@ use super::outline::overlap_depth_m;
 use super::path::{KINK_RAD, fillet_radius_m};
 use super::tractrix;
 use super::ways::SHARPEST_TURN_DEG;
-use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::frames::{Azimuth, Point2, Vector2, wrap_pi};
 use std::collections::BTreeMap;
 
 /// Class of a mover: 0 vehicle, 1 to 6 aircraft of code letter A to F.
@@ -101,7 +101,7 @@ pub struct Pieces {
     straight_m: Vec<[f64; CLASSES]>,
 }
 
-type Quad = [Vector2<f64>; 4];
+type Quad = [Point2<f64>; 4];
 
 impl Pieces {
     /// Pieces of a network, and their conflicts for movers of these classes.
@@ -431,10 +431,11 @@ const GENTLE_CUT_M: f64 = 1.0;
 /// The corners in convex order: a folded quadrilateral (inside of a sharp arc) becomes its hull or a part
 /// of it that is not smaller than its diagonals.
 fn hull(quad: Quad) -> Quad {
-    let centre = (quad[0] + quad[1] + quad[2] + quad[3]) * 0.25;
+    let [a, b, c, d] = quad.map(|corner| corner.coords);
+    let centre = (a + b + c + d) * 0.25;
     let mut sorted = quad;
     sorted.sort_by(|p, q| {
-        let angle = |v: &Vector2<f64>| libm::atan2(v.y - centre.y, v.x - centre.x);
+        let angle = |v: &Point2<f64>| libm::atan2(v.y - centre.y, v.x - centre.x);
         angle(p).total_cmp(&angle(q))
     });
     sorted

@@ -4,7 +4,7 @@ pub use super::arcs::{Arcs, Found, Search};
 use super::network::Network;
 use super::path::{Corner, Path};
 use super::pieces::{Class, Pieces, wanted_radius_m};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::ops::Range;
 
 /// How a mover drives, for the speeds along its way.
@@ -93,7 +93,7 @@ impl Way {
         stop_beyond_m: f64,
     ) -> Self {
         let Some(first) = arcs.first() else { return Self::default() };
-        let mut points: Vec<Vector2<f64>> = Vec::with_capacity(arcs.len() + 3);
+        let mut points: Vec<Point2<f64>> = Vec::with_capacity(arcs.len() + 3);
         points.push(net.nodes[Arcs::from(net, *first)].at_m);
         points.extend(arcs.iter().map(|a| net.nodes[Arcs::to(net, *a)].at_m));
         let shift = usize::from(before_m > 0.0);

@@ -4,7 +4,7 @@
 //! nodes or, where turns cost, over arcs; Yen, Management Science 17 (1971) 712, for the next shortest.
 
 use crate::airport::Airport;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::collections::BTreeSet;
 
 /// A directed arc; a two-way edge makes two.
@@ -25,7 +25,7 @@ pub struct Arc {
 /// A ground network for searches.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
-    positions_m: Vec<Vector2<f64>>,
+    positions_m: Vec<Point2<f64>>,
     /// Nodes that may not be passed through.
     ends_only: Vec<bool>,
     arcs: Vec<Arc>,

@@ -3,18 +3,18 @@
 //! Source: Dubins, Amer. J. Math. 79 (1957) 497; the four words with a straight middle and the two of
 //! three arcs in closed form after Shkel & Lumelsky, Robotics and Autonomous Systems 34 (2001) 179.
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use std::f64::consts::TAU;
 
 /// A place and a direction (unit vector).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
-    pub(super) place: Vector2<f64>,
+    pub(super) place: Point2<f64>,
     pub(super) ahead: Vector2<f64>,
 }
 
 /// Points about every `step_m` from `from` to `to` (both included), turning with `radius_m` at the sharpest.
-pub(super) fn connect(from: Pose, to: Pose, radius_m: f64, step_m: f64) -> Vec<Vector2<f64>> {
+pub(super) fn connect(from: Pose, to: Pose, radius_m: f64, step_m: f64) -> Vec<Point2<f64>> {
     let across = (to.place - from.place) / radius_m;
     let d = across.norm();
     let theta = libm::atan2(across.y, across.x);
@@ -99,8 +99,8 @@ mod tests {
                         let (sin, cos) = libm::sincos(f64::from(k) * TAU / 8.0 + 0.1);
                         Pose { place, ahead: Vector2::new(cos, sin) }
                     };
-                    let from = pose(Vector2::new(3.0, 4.0), i);
-                    let to = pose(Vector2::new(3.0 + distance, 4.0), j);
+                    let from = pose(Point2::new(3.0, 4.0), i);
+                    let to = pose(Point2::new(3.0 + distance, 4.0), j);
                     let points = connect(from, to, radius_m, 1.0);
                     let end = points[points.len() - 1];
                     assert!((end - to.place).norm() < 1e-6, "{i} {j} {distance}: ends at {end}");

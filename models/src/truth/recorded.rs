@@ -25,7 +25,7 @@ use super::limits::Limits;
 use super::spline::{Jet, Spline};
 use super::trajectory::{Leg, Trajectory};
 use crate::airport::Runway;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::time::SimTime;
 use air::Air;
 use path::{BEGIN_M, PathTable};
@@ -42,7 +42,7 @@ pub struct Record {
     /// UTC, milliseconds.
     pub time_ms: Option<i64>,
     /// East and north, m.
-    pub position_m: Option<Vector2<f64>>,
+    pub position_m: Option<Point2<f64>>,
     /// Pressure altitude over the field elevation, m.
     pub altitude_m: Option<f64>,
     /// What the transponder said.
@@ -108,7 +108,7 @@ pub fn import(
         let begin = legs.last().map(|leg: &Leg| {
             let end = leg.path.at(from_m - leg.from_m);
             let tangent = -Vector2::from(end.first).normalize();
-            (Vector2::from(end.value), tangent)
+            (Point2::from(end.value), tangent)
         });
         let last = index + 2 == bounds.len();
         let (path, progress) = work.leg(span[0], span[1], begin, last, &mut residuals)?;
@@ -219,7 +219,7 @@ impl Work<'_> {
         &mut self,
         from: usize,
         to: usize,
-        begin: Option<(Vector2<f64>, Vector2<f64>)>,
+        begin: Option<(Point2<f64>, Vector2<f64>)>,
         last: bool,
         residuals: &mut Residuals,
     ) -> Result<(Spline<2>, Vec<[f64; 1]>), Refusal> {

@@ -5,7 +5,7 @@ use super::limits::Limits;
 use super::spline::Spline;
 use super::trajectory::{Leg, Trajectory};
 use crate::airport::Airport;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::time::SimTime;
 use crate::traffic::ways::Graph;
 
@@ -62,7 +62,7 @@ pub struct Halt {
 /// shorter than a few metres or has points that are not finite.
 #[must_use]
 pub fn drive(
-    line: &[Vector2<f64>],
+    line: &[Point2<f64>],
     halts: &[Halt],
     limits: &Limits,
     (start, end): (SimTime, SimTime),
@@ -86,8 +86,8 @@ const PATH_STEP_M: f64 = 2.0;
 const MARGIN_M: f64 = 6.0;
 
 /// A smooth path near a line, and the places of the line's points on it.
-fn rounded(line: &[Vector2<f64>], least_radius_m: f64) -> Option<(Spline<2>, Vec<f64>)> {
-    let mut points: Vec<Vector2<f64>> = Vec::new();
+fn rounded(line: &[Point2<f64>], least_radius_m: f64) -> Option<(Spline<2>, Vec<f64>)> {
+    let mut points: Vec<Point2<f64>> = Vec::new();
     let mut corner_of = Vec::with_capacity(line.len());
     for (i, corner) in line.iter().enumerate() {
         if i > 0 {
@@ -109,7 +109,7 @@ fn rounded(line: &[Vector2<f64>], least_radius_m: f64) -> Option<(Spline<2>, Vec
         .iter()
         .map(|i| turned.partition_point(|(n, _)| *n < *i as f64).min(turned.len() - 1))
         .collect();
-    let points: Vec<Vector2<f64>> = turned.iter().map(|(_, p)| *p).collect();
+    let points: Vec<Point2<f64>> = turned.iter().map(|(_, p)| *p).collect();
     let mut places = vec![MARGIN_M];
     for pair in points.windows(2) {
         places.push(places[places.len() - 1] + (pair[1] - pair[0]).norm());
@@ -125,10 +125,10 @@ fn rounded(line: &[Vector2<f64>], least_radius_m: f64) -> Option<(Spline<2>, Vec
         let window = |j: &usize| (places[*j] - places[i]).abs() <= reach;
         let low = (0..=i).rev().take_while(window).last().unwrap_or(i);
         let high = (i..points.len()).take_while(window).last().unwrap_or(i);
-        let sum: Vector2<f64> = points[low..=high].iter().sum();
-        sum / (high - low + 1) as f64
+        let sum: Vector2<f64> = points[low..=high].iter().map(|p| p.coords).sum();
+        Point2::from(sum / (high - low + 1) as f64)
     };
-    let smooth: Vec<Vector2<f64>> = (0..points.len()).map(round).collect();
+    let smooth: Vec<Point2<f64>> = (0..points.len()).map(round).collect();
     let mut along = vec![MARGIN_M];
     for pair in smooth.windows(2) {
         along.push(along[along.len() - 1] + (pair[1] - pair[0]).norm());

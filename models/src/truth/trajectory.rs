@@ -1,7 +1,7 @@
 //! One movement: a smooth path, progress along it, height over it.
 
 use super::spline::Spline;
-use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
+use crate::frames::{Azimuth, Point2, Point3, Vector3, wrap_pi};
 use crate::time::SimTime;
 
 /// Standard acceleration of gravity, m/s² (ISO 80000-3).
@@ -13,7 +13,7 @@ const BANK_HEIGHT_M: f64 = 30.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruthState {
     /// Reference point, m east, north, up.
-    pub position_m: Vector3<f64>,
+    pub position_m: Point3<f64>,
     /// Velocity, m/s east, north, up.
     pub velocity_mps: Vector3<f64>,
     /// Acceleration, m/s² east, north, up.
@@ -79,12 +79,7 @@ impl Trajectory {
 
     /// Somebody who stands from `start` to `end`; `position_m` east and north.
     #[must_use]
-    pub fn parked(
-        start: SimTime,
-        end: SimTime,
-        position_m: Vector2<f64>,
-        heading_rad: f64,
-    ) -> Self {
+    pub fn parked(start: SimTime, end: SimTime, position_m: Point2<f64>, heading_rad: f64) -> Self {
         let ahead = Azimuth::from_rad(heading_rad).unit();
         let line = |metres: f64| (position_m + ahead * metres).into();
         let path = Spline::new(0.0, 1.0, vec![line(-1.0), line(0.0), line(1.0), line(2.0)]);
@@ -175,7 +170,7 @@ impl Trajectory {
         let turn = if tangent2 > 0.0 { cross / tangent2 } else { 0.0 };
         let heading_rate = turn * ds;
         let mut state = TruthState {
-            position_m: Vector3::new(p.value[0], p.value[1], 0.0),
+            position_m: Point3::new(p.value[0], p.value[1], 0.0),
             velocity_mps: Vector3::new(p.first[0] * ds, p.first[1] * ds, 0.0),
             acceleration_ms2: Vector3::new(
                 p.second[0] * ds * ds + p.first[0] * dds,

@@ -1,7 +1,7 @@
 //! Scenes of generated traffic: of an airport that ships, and of several beside each other with taxiways between them.
 
 use models::airport::Airport;
-use models::frames::Vector2;
+use models::frames::{Point2, Vector2};
 use models::traffic::core::{Core, Direction, Flight, Phase};
 use models::traffic::pieces::Pieces;
 use scenarios::Scene;
@@ -145,7 +145,7 @@ pub(crate) fn beside(
 fn linked(airports: &[Airport]) -> String {
     let mut text = "I\n1000 Version - linked\n\n1 30 0 0 XLNK Linked\n".to_owned();
     let degrees =
-        |m: Vector2<f64>| format!("{:.8} {:.8}", 45.0 + m.y / 111_132.0, 10.0 + m.x / 78_847.0);
+        |m: Point2<f64>| format!("{:.8} {:.8}", 45.0 + m.y / 111_132.0, 10.0 + m.x / 78_847.0);
     let (row, apart_m) = if airports.len() > 12 { MANY } else { FEW };
     let place = |k: usize| Vector2::new(apart_m * (k % row) as f64, apart_m * (k / row) as f64);
     let mut first: Vec<usize> = vec![0];
@@ -221,7 +221,7 @@ fn ends_of(airport: &Airport, at: Vector2<f64>, to: Vector2<f64>) -> Vec<usize> 
             !stand && !runway && airport.edges.iter().any(|e| e.from == *n || e.to == *n)
         })
         .collect();
-    let far = |n: usize| airport.nodes[n].position_m.dot(&towards);
+    let far = |n: usize| airport.nodes[n].position_m.coords.dot(&towards);
     all.sort_by(|a, b| far(*b).total_cmp(&far(*a)));
     let mut kept: Vec<usize> = Vec::new();
     for n in all {

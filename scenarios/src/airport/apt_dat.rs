@@ -11,7 +11,7 @@ use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
 use geodesy::{Geodetic, LocalFrame};
 use models::airport::{Airport, Edge, EdgeDetail, Hold, Node, Runway, Stand, StandDetail};
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -436,7 +436,7 @@ impl AptDat {
     /// Stands are not part of the network of these files: each is joined to its nearest node.
     fn add_stands(
         &self,
-        local: &impl Fn((f64, f64)) -> Vector2<f64>,
+        local: &impl Fn((f64, f64)) -> Point2<f64>,
         airport: &mut Airport,
         width_m: f64,
         report: &mut LayoutReport,
@@ -485,7 +485,7 @@ impl AptDat {
 }
 
 impl RunwayRow {
-    fn in_local(&self, local: &impl Fn((f64, f64)) -> Vector2<f64>) -> Runway {
+    fn in_local(&self, local: &impl Fn((f64, f64)) -> Point2<f64>) -> Runway {
         let [a, b] = &self.ends;
         let ends_m = [local((a.1, a.2)), local((b.1, b.2))];
         let along = (ends_m[1] - ends_m[0]).normalize();
@@ -499,7 +499,7 @@ impl RunwayRow {
 }
 
 impl RectangleRow {
-    fn outline(&self, local: &impl Fn((f64, f64)) -> Vector2<f64>) -> Vec<Vector2<f64>> {
+    fn outline(&self, local: &impl Fn((f64, f64)) -> Point2<f64>) -> Vec<Point2<f64>> {
         let centre = local((self.lat_deg, self.lon_deg));
         let along = Azimuth::from_rad(self.heading_deg.to_radians()).unit() * (0.5 * self.length_m);
         let across =
@@ -514,25 +514,24 @@ impl RectangleRow {
 }
 
 /// Straight pieces of an outline; curves are Bézier, quadratic with one control point, cubic with two.
-fn flattened(
-    ring: &[OutlineNode],
-    local: &impl Fn((f64, f64)) -> Vector2<f64>,
-) -> Vec<Vector2<f64>> {
+fn flattened(ring: &[OutlineNode], local: &impl Fn((f64, f64)) -> Point2<f64>) -> Vec<Point2<f64>> {
     const PIECES: usize = 6;
-    let mut points = Vec::new();
+    let mut points: Vec<Point2<f64>> = Vec::new();
     for (index, node) in ring.iter().enumerate() {
         let next = &ring[(index + 1) % ring.len()];
-        let (a, b) = (local(node.place), local(next.place));
-        let leaving = node.control.map(local);
-        let arriving = next.control.map(|c| b * 2.0 - local(c));
-        points.push(a);
+        // Weights of the corners sum to one: vectors from the reference point.
+        let corner = |at| local(at).coords;
+        let (a, b) = (corner(node.place), corner(next.place));
+        let leaving = node.control.map(corner);
+        let arriving = next.control.map(|c| b * 2.0 - corner(c));
+        points.push(a.into());
         if leaving.is_none() && arriving.is_none() {
             continue;
         }
         for piece in 1..PIECES {
             let t = piece as f64 / PIECES as f64;
             let s = 1.0 - t;
-            points.push(match (leaving, arriving) {
+            let place = match (leaving, arriving) {
                 (Some(c), Some(d)) => {
                     a * (s * s * s)
                         + c * (3.0 * s * s * t)
@@ -541,7 +540,8 @@ fn flattened(
                 }
                 (Some(c), None) | (None, Some(c)) => a * (s * s) + c * (2.0 * s * t) + b * (t * t),
                 (None, None) => a * s + b * t,
-            });
+            };
+            points.push(place.into());
         }
     }
     points.dedup_by(|p, q| (*p - *q).norm() < 0.01);

@@ -2,7 +2,7 @@
 //! too long, stands beside the network, runways that cross or are called wrongly.
 
 use models::airport::Airport;
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2};
 
 /// Edges longer than this are worth a look, m.
 const LONG_EDGE_M: f64 = 500.0;
@@ -70,8 +70,8 @@ fn runways(airport: &Airport, lines: &mut Vec<String>) {
     }
 }
 
-fn cross(a: [Vector2<f64>; 2], b: [Vector2<f64>; 2]) -> bool {
-    let side = |p: Vector2<f64>, q: Vector2<f64>, r: Vector2<f64>| {
+fn cross(a: [Point2<f64>; 2], b: [Point2<f64>; 2]) -> bool {
+    let side = |p: Point2<f64>, q: Point2<f64>, r: Point2<f64>| {
         (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x)
     };
     side(a[0], a[1], b[0]) * side(a[0], a[1], b[1]) < 0.0
@@ -97,7 +97,7 @@ fn network(airport: &Airport, lines: &mut Vec<String>) {
     if !long.is_empty() {
         lines.push(format!("{} edges longer than 500 m: {}", long.len(), named(&long)));
     }
-    let far = (0..nodes.len()).filter(|i| nodes[*i].position_m.norm() > FAR_M);
+    let far = (0..nodes.len()).filter(|i| nodes[*i].position_m.coords.norm() > FAR_M);
     let far: Vec<String> = far.map(name).collect();
     if !far.is_empty() {
         lines.push(format!("{} nodes more than 20 km away: {}", far.len(), named(&far)));

@@ -8,7 +8,7 @@ use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
 use geodesy::{Geodetic, LocalFrame};
 use models::airport::{Airport, Edge, Hold, Node, Runway, Stand};
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -236,7 +236,7 @@ impl Tables {
         airport: &Airport,
         report: &mut LayoutReport,
     ) -> Vec<Runway> {
-        let mut by_name: BTreeMap<&str, Vec<Vector2<f64>>> = BTreeMap::new();
+        let mut by_name: BTreeMap<&str, Vec<Point2<f64>>> = BTreeMap::new();
         for row in self.edges.iter().filter(|r| r.kind == "runway" && !r.name.is_empty()) {
             let ends = [&row.from, &row.to].into_iter().filter_map(|id| index.get(id));
             let points = ends.map(|n| airport.nodes[*n].position_m);
@@ -253,7 +253,7 @@ impl Tables {
 }
 
 /// A runway called `05R / 23L` over points on it; each designator goes to the end where it begins.
-pub(super) fn runway_of(name: &str, points: &[Vector2<f64>], width_m: f64) -> Option<Runway> {
+pub(super) fn runway_of(name: &str, points: &[Point2<f64>], width_m: f64) -> Option<Runway> {
     let (mut best, mut ends) = (0.0, None);
     for a in points {
         for b in points {

@@ -8,7 +8,7 @@ use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
 use geodesy::{Geodetic, LocalFrame};
 use models::airport::{Airport, Edge, Hold, Node, Stand};
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -222,7 +222,7 @@ struct Network<'a> {
 }
 
 impl Network<'_> {
-    fn place(&self, point: &Point) -> Vector2<f64> {
+    fn place(&self, point: &Point) -> Point2<f64> {
         local_m(self.frame, point.lat_deg, point.lon_deg)
     }
 

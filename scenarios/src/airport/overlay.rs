@@ -10,7 +10,7 @@ use crate::keys;
 use models::airport::{
     Airport, Edge, EdgeDetail, Hold, Node, StandDetail, distance_to_segment_m, inside,
 };
-use models::frames::Vector2;
+use models::frames::Point2;
 use std::path::Path;
 
 /// A place given for a holding position lies so near to a taxiway, m.
@@ -144,7 +144,7 @@ fn hold(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioError
 }
 
 /// The node at a place on a taxiway: the one that is there, or one that cuts it.
-fn cut_at(layout: &mut Airport, at_m: Vector2<f64>, row: &Section) -> Result<usize, ScenarioError> {
+fn cut_at(layout: &mut Airport, at_m: Point2<f64>, row: &Section) -> Result<usize, ScenarioError> {
     let ends = |e: &Edge| [layout.nodes[e.from].position_m, layout.nodes[e.to].position_m];
     let off_m = |e: usize| {
         let [a, b] = ends(&layout.edges[e]);
@@ -265,7 +265,7 @@ fn closed(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioErr
         stands.push(stand_named(&scene.layout, row, "stand", name)?);
     } else if row.has("area") {
         let corners = row.sections("area", &keys::place_words())?;
-        let corners: Vec<Vector2<f64>> =
+        let corners: Vec<Point2<f64>> =
             corners.iter().map(|c| scene.site(c).map(|p| p.xy())).collect::<Result<_, _>>()?;
         if corners.len() < 3 {
             let found = format!("{} corners", corners.len());

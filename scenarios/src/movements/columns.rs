@@ -6,7 +6,7 @@
 use crate::airport::AirportScene;
 use crate::schedule::table::utc_ns;
 use csv::ByteRecord;
-use models::frames::Vector2;
+use models::frames::Point2;
 
 /// What a column says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,10 +70,10 @@ pub(super) enum Place {
 }
 
 impl Place {
-    pub(super) fn local_m(self, airport: &AirportScene) -> Vector2<f64> {
+    pub(super) fn local_m(self, airport: &AirportScene) -> Point2<f64> {
         match self {
             Self::Degrees(lat, lon) => airport.local_m(lat, lon),
-            Self::Metres(x, y) => Vector2::new(x, y),
+            Self::Metres(x, y) => Point2::new(x, y),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::run::Run;
 use crate::types::TypeTable;
 use models::airport::distance_to_segment_m;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
-use models::frames::{Azimuth, Vector2};
+use models::frames::{Azimuth, Point2, Vector2, center};
 use models::traffic::core::Direction;
 use models::traffic::network::code_of_span;
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
@@ -243,7 +243,7 @@ fn on_stands(
     }
     // Whether somebody of a size on a stand leaves the lanes free.
     let taxiways = network.edges.iter().filter(|e| network.is_taxiway(e));
-    let lanes: Vec<([Vector2<f64>; 2], u8)> =
+    let lanes: Vec<([Point2<f64>; 2], u8)> =
         taxiways.map(|e| (e.nodes.map(|n| network.nodes[n].at_m), e.code)).collect();
     let mut clear_of: BTreeMap<(usize, u64, u64), bool> = BTreeMap::new();
     // Occupied: stand, from, to, size.
@@ -352,11 +352,11 @@ fn on_stands(
 
 /// Whether the widest of the demand can pass a parked outline on every lane that is wide enough for it.
 fn clear_of_lanes(
-    lanes: &[([Vector2<f64>; 2], u8)],
+    lanes: &[([Point2<f64>; 2], u8)],
     parked: &[Rectangle; 2],
     widest_m: f64,
 ) -> bool {
-    let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
+    let middle = center(&parked[0].corners_m[0], &parked[0].corners_m[2]);
     lanes.iter().all(|([a, b], code)| {
         let (a, b) = (*a, *b);
         if distance_to_segment_m(middle, a, b) > 80.0 {

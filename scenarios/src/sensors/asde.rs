@@ -9,7 +9,7 @@ use crate::{Scene, SensorScene};
 use models::effects::Tolerance;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3};
 use models::sensors::asde::{ALL_KEYS, Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M};
 use models::sensors::config::ConfigError;
 use models::sensors::radar::detection::Swerling;
@@ -50,7 +50,7 @@ impl AsdeScene {
         sensor: &SensorScene,
         tolerance: Tolerance,
     ) -> Result<Asde, ConfigError> {
-        let site_m = sensor.site_m.map_or_else(Vector2::zeros, |site| site.xy());
+        let site_m = sensor.site_m.map_or_else(Point2::origin, |site| site.xy());
         let made = Asde::new(sensor.id, site_m, self.parameters.clone())?
             .among(scene.buildings.clone().into())
             .tolerating(tolerance);
@@ -68,7 +68,7 @@ impl AsdeScene {
 pub fn shipped(name: &str) -> Result<AsdeParameters, ScenarioError> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
     let section = Section::parse(&here, &format!("parameters = \"{name}\""))?;
-    let (scene, _) = read(&section, &section.empty("overrides"), Vector3::zeros())?;
+    let (scene, _) = read(&section, &section.empty("overrides"), Point3::origin())?;
     Ok(scene.parameters)
 }
 
@@ -84,7 +84,7 @@ const PROCESSING: [(&str, Option<Processing>); 4] = [
 pub(super) fn read(
     section: &Section,
     overrides: &Section,
-    site_m: Vector3<f64>,
+    site_m: Point3<f64>,
 ) -> Result<(AsdeScene, PathBuf), ScenarioError> {
     let name = section.need_text("parameters", "the name of a parameter set, like \"ku_asde3\"")?;
     let file = locate(section, name)?;

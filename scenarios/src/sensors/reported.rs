@@ -7,7 +7,7 @@ use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
-use models::frames::Vector3;
+use models::frames::Point3;
 use models::keys::{Holds, Key, PLACE};
 use models::plot::SensorId;
 use models::sensors::config::ConfigError;
@@ -25,7 +25,7 @@ pub(super) struct Place<'a> {
     pub(super) run: &'a Run,
     pub(super) airport: &'a AirportScene,
     pub(super) id: SensorId,
-    pub(super) site_m: Option<Vector3<f64>>,
+    pub(super) site_m: Option<Point3<f64>>,
     pub(super) equipped: &'a Equipped,
     pub(super) buildings: &'a [Building],
 }

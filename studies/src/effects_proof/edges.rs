@@ -4,7 +4,7 @@
 use super::scene::{Genes, ProofScene, proof_scene};
 use models::effects::Tolerance;
 use models::environment::surface::Material;
-use models::frames::{Azimuth, Vector2, Vector3};
+use models::frames::{Azimuth, Point2, Point3, Vector2, Vector3};
 use models::sensors::radar::shadow::Building;
 use models::sensors::radar::shape::{Fuselage, Scatterer, Shape, View};
 use scenarios::ScenarioError;
@@ -104,14 +104,14 @@ impl Edge {
             Self::Tolerance => tolerance(&mut scene.tolerance, g),
             Self::WallBetween => {
                 let Some((_, place, ..)) = scene.truth.list.first() else { return };
-                let (out, far_m) = (place.xy().normalize(), place.xy().norm());
+                let (out, far_m) = (place.xy().coords.normalize(), place.xy().coords.norm());
                 let away_m = g.scaled(5.0, 200.0);
                 if let Some((_, second, ..)) = scene.truth.list.get_mut(1) {
-                    *second = Vector3::new(out.x, out.y, 0.0) * (far_m + 2.0 * away_m);
+                    *second = Point3::new(out.x, out.y, 0.0) * (far_m + 2.0 * away_m);
                 }
                 let middle = out * (far_m + away_m);
                 let across = Vector2::new(out.y, -out.x);
-                add_wall(scene, g, middle, across);
+                add_wall(scene, g, middle.into(), across);
             }
             Self::Walls => {
                 for _ in 0..3 {
@@ -148,7 +148,7 @@ impl Edge {
             Self::SecondTrace => {
                 let Some((_, place, ..)) = scene.truth.list.first() else { return };
                 let p = &mut scene.parameters;
-                p.prf_hz *= p.unambiguous_m() / (place.xy().norm() * g.between(0.3, 1.2));
+                p.prf_hz *= p.unambiguous_m() / (place.xy().coords.norm() * g.between(0.3, 1.2));
                 p.range_max_m = 0.99 * p.unambiguous_m();
                 p.range_min_m = p.range_min_m.min(0.5 * p.range_max_m).max(p.blind_m());
             }
@@ -171,7 +171,7 @@ impl Edge {
 fn slant_m(scene: &ProofScene, target: usize) -> Option<f64> {
     let (class, place, ..) = scene.truth.list.get(target)?;
     let up_m = scene.parameters.antenna_height_m - place.z.max(0.5 * class.height_m);
-    Some(libm::hypot(place.xy().norm(), up_m))
+    Some(libm::hypot(place.xy().coords.norm(), up_m))
 }
 
 fn display(scene: &mut ProofScene, g: &mut Genes<'_>) {
@@ -195,14 +195,14 @@ fn display(scene: &mut ProofScene, g: &mut Genes<'_>) {
 fn lattice(scene: &mut ProofScene, g: &mut Genes<'_>) {
     for (_, place, _, heading_rad) in &mut scene.truth.list {
         let beside = |g: &mut Genes<'_>| g.pick(&[0.0, 1e-15, -1e-15, 1e-9, -1e-9, 1e-4, -1e-4]);
-        let eighths = (8.0 * libm::log2((place.xy().norm() / 100.0).max(0.5))).round();
+        let eighths = (8.0 * libm::log2((place.xy().coords.norm() / 100.0).max(0.5))).round();
         let ground_m = 100.0 * libm::exp2(eighths / 8.0) * (1.0 + beside(g));
-        let before = Azimuth::of(place.xy()).rad();
+        let before = Azimuth::of(place.xy().coords).rad();
         let sector = TAU / 16.0;
         let azimuth = (before / sector).round() * sector + beside(g);
         let at = Azimuth::from_rad(azimuth).unit() * ground_m;
         *heading_rad += azimuth - before;
-        *place = Vector3::new(at.x, at.y, place.z);
+        *place = Point3::new(at.x, at.y, place.z);
     }
 }
 
@@ -216,7 +216,7 @@ fn band(scene: &mut ProofScene, g: &mut Genes<'_>) {
 
 fn aspect(scene: &mut ProofScene, g: &mut Genes<'_>) {
     for (_, place, velocity_mps, heading_rad) in &mut scene.truth.list {
-        let sight = Azimuth::of(place.xy()).rad();
+        let sight = Azimuth::of(place.xy().coords).rad();
         *heading_rad =
             sight + g.pick(&[0.0, 0.25, 0.5, 0.75]) * TAU + g.pick(&[0.0, 1e-9, -1e-9, 1e-3]);
         *velocity_mps = Vector3::zeros();
@@ -231,7 +231,7 @@ fn tolerance(tolerance: &mut Tolerance, g: &mut Genes<'_>) {
     tolerance.false_plots *= factor(g);
 }
 
-fn add_wall(scene: &mut ProofScene, g: &mut Genes<'_>, middle: Vector2<f64>, face: Vector2<f64>) {
+fn add_wall(scene: &mut ProofScene, g: &mut Genes<'_>, middle: Point2<f64>, face: Vector2<f64>) {
     let (long_m, thick_m) = (g.scaled(10.0, 500.0), g.pick(&[0.3, 30.0]));
     let across = Vector2::new(face.y, -face.x);
     let corner = |a: f64, b: f64| middle + face * (0.5 * a * long_m) + across * (b * thick_m);
@@ -242,7 +242,7 @@ fn add_wall(scene: &mut ProofScene, g: &mut Genes<'_>, middle: Vector2<f64>, fac
         height_m: g.scaled(1.0, 80.0),
         facade: facade.unwrap_or(scene.parameters.surface),
     };
-    if !wall.contains(Vector2::zeros()) {
+    if !wall.contains(Point2::origin()) {
         scene.buildings = scene.buildings.iter().cloned().chain([wall]).collect();
     }
 }

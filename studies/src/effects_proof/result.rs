@@ -2,7 +2,7 @@
 
 use super::tails::{binomial_tail, poisson_tail};
 use models::effects::Tolerance;
-use models::frames::Vector2;
+use models::frames::Point2;
 use models::sensors::PlotSink;
 use models::sensors::radar::effects::RadarEffect;
 use models::time::SimTime;
@@ -62,13 +62,13 @@ pub struct SceneResult {
     pub by_effect: Vec<(RadarEffect, f64, f64)>,
 }
 
-type Look = ((u64, SimTime), Vector2<f64>);
+type Look = ((u64, SimTime), Point2<f64>);
 
 /// A false plot or a ghost.
 #[derive(Clone, Copy, Debug)]
 struct Other {
     time: SimTime,
-    place_m: Vector2<f64>,
+    place_m: Point2<f64>,
     /// Power of the ghost's way, dB: it names the target, the facade and the way. `None` for noise.
     way_db: Option<f64>,
 }
@@ -279,7 +279,7 @@ mod tests {
     fn a_ghost_is_the_same_by_its_way_and_noise_by_its_place() {
         let at = |seconds: f64, east_m: f64, way_db: Option<f64>| Other {
             time: SimTime::from_s(seconds),
-            place_m: Vector2::new(east_m, 0.0),
+            place_m: Point2::new(east_m, 0.0),
             way_db,
         };
         let ghost = at(1.0, 100.0, Some(-12.0));

@@ -4,7 +4,7 @@ use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
 use models::environment::surface::{MATERIALS, Material};
 use models::environment::{RainCell, Weather};
-use models::frames::{Vector2, Vector3};
+use models::frames::{Point2, Point3, Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
 use models::sensors::radar::detection::Swerling;
@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// One target: class, where at time zero (airport frame, m), velocity (m/s), heading (rad).
-pub type Target = (TargetClass, Vector3<f64>, Vector3<f64>, f64);
+pub type Target = (TargetClass, Point3<f64>, Vector3<f64>, f64);
 
 /// Targets that go straight on, or a little and come back: then each stays near where it is.
 #[derive(Clone, Debug)]
@@ -203,7 +203,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
         let (sin, cos) = libm::sincos(azimuth);
         Vector3::new(sin, cos, 0.0)
     };
-    let centre = radial(azimuth) * far_m;
+    let centre = Point3::from(radial(azimuth) * far_m);
     let mut targets = Vec::new();
     for i in 0..count {
         let class = class_of(
@@ -220,7 +220,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
             )
         } else {
             let up = if g.chance(0.8) { 0.0 } else { g.scaled(1.0, 300.0) };
-            let place = radial(g.between(-PI, PI)) * g.scaled(20.0, reach * 1.05);
+            let place = Point3::from(radial(g.between(-PI, PI)) * g.scaled(20.0, reach * 1.05));
             (place + Vector3::new(0.0, 0.0, up), g.between(-PI, PI))
         };
         let speed = g.pick(&[0.0, 0.0, 0.3, 2.0]);
@@ -238,10 +238,10 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
         let radar = p.radar();
         let height_m = f64::max(place.z, 0.5 * class.height_m);
         let (extent_m, rcs_m2) = (class.height_m, class.rcs_m2);
-        let echo = Echo { ground_m: place.xy().norm(), height_m, extent_m, rcs_m2 };
+        let echo = Echo { ground_m: place.xy().coords.norm(), height_m, extent_m, rcs_m2 };
         let air = radar.air(&weather);
         let exact = BudgetLevels::EXACT;
-        let ratio = radar.budget(&air, &exact, &echo, Vector2::zeros(), place.xy()).snr();
+        let ratio = radar.budget(&air, &exact, &echo, Point2::origin(), place.xy()).snr();
         if ratio > 0.0 {
             let factor = libm::pow(10.0, 0.1 * wanted_db) / ratio;
             p.peak_power_w = (p.peak_power_w * factor).clamp(1e-3, 1e8);
@@ -265,7 +265,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
             vec![corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let facade = Material::named(if metal { "metal" } else { "concrete" }).unwrap_or(p.surface);
         let wall = Building { name: "wall".into(), footprint_m, height_m: wall_high_m, facade };
-        if wall.contains(Vector2::zeros()) { Vec::new() } else { vec![wall] }
+        if wall.contains(Point2::origin()) { Vec::new() } else { vec![wall] }
     };
     Ok(ProofScene {
         name: format!("scene {n} of seed {seed}"),
@@ -308,7 +308,7 @@ fn class_of(kind: usize, rcs: f64) -> TargetClass {
 impl ProofScene {
     /// Its radar, exact.
     pub(crate) fn radar(&self) -> Result<Asde, String> {
-        let made = Asde::new(SensorId(1), Vector2::zeros(), self.parameters.clone());
+        let made = Asde::new(SensorId(1), Point2::origin(), self.parameters.clone());
         Ok(made.map_err(|e| format!("{}: {e}", self.name))?.among(self.buildings.clone()))
     }
 }

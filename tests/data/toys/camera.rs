@@ -6,7 +6,7 @@ use crate::effects::positioning::{
 };
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
@@ -46,7 +46,7 @@ pub static DECLARED: Declared = Declared {
     read: Some(|given| Ok(Arc::new(CameraConfig::read(given)))),
     models: &[Modelled {
         model: &MODEL,
-        example: |id| Ok(Box::new(Camera::new(CameraConfig::mast(id, Vector2::zeros()))?)),
+        example: |id| Ok(Box::new(Camera::new(CameraConfig::mast(id, Point2::origin()))?)),
         file: file!(),
     }],
 };
@@ -62,7 +62,7 @@ pub static MODEL: Model = Model {
 #[derive(Clone, Debug)]
 struct CameraConfig {
     id: SensorId,
-    site_m: Vector2<f64>,
+    site_m: Point2<f64>,
     equipped: Equipage,
     report_s: f64,
     range_m: f64,
@@ -70,7 +70,7 @@ struct CameraConfig {
 }
 
 impl CameraConfig {
-    fn mast(id: SensorId, site_m: Vector2<f64>) -> Self {
+    fn mast(id: SensorId, site_m: Point2<f64>) -> Self {
         let equipped = Equipage::all();
         Self { id, site_m, equipped, report_s: 1.0, range_m: 800.0, sigma_m: 0.5 }
     }

@@ -4,6 +4,7 @@ use super::*;
 use federates::runtime::messages::AlertMessage;
 use federates::viewer_logger::said::Topic;
 use models::control::alert::{AlertKind, Change, Stage};
+use models::frames::Point2;
 
 /// Alert `id` of two targets of the demo run.
 pub(super) fn alert(id: u32, change: Change, s: i64) -> AlertMessage {
@@ -17,7 +18,7 @@ pub(super) fn alert(id: u32, change: Change, s: i64) -> AlertMessage {
         subjects: "CAI3208 EDW229".to_owned(),
         since_ns: s * 1_000_000_000,
         asterix: 9,
-        place_m: [0.0; 2],
+        place_m: Point2::origin(),
         number: 0,
     }
 }

@@ -8,6 +8,7 @@ use federates::runtime::messages::{
 use federates::viewer_logger::Viewer;
 use federates::viewer_logger::picture::{AirportMap, RunInfo};
 use models::flight_list::{MovementKind, WakeCategory};
+use models::frames::Point3;
 use models::plot::SensorKind;
 use models::track::{TrackStatus, TrackType};
 use scenarios::Scene;
@@ -119,7 +120,7 @@ impl Demo {
                 type_designator: mover.designator.to_owned(),
                 aircraft: mover.aircraft,
                 size_m: mover.size_m,
-                position_m: [at[0], at[1], 0.0],
+                position_m: Point3::new(at[0], at[1], 0.0),
                 velocity_mps: [v[0], v[1], 0.0],
                 heading_rad,
                 ours: true,
@@ -131,7 +132,7 @@ impl Demo {
                         sensor,
                         kind,
                         time_ns: time_ns - 200_000_000,
-                        position_m,
+                        position_m: position_m.into(),
                         cov_m2,
                         ellipse: [0.0, 1.0, cov_m2[2], cov_m2[0]],
                         altitude_m: None,
@@ -140,7 +141,7 @@ impl Demo {
                         scnr_db: Some(14.0 + 3.0 * draw(6)),
                         identity: String::new(),
                         cause: mover.callsign.clone(),
-                        truth_m: Some(at),
+                        truth_m: Some(at.into()),
                         sequence: i as u32,
                         track: tracked.then_some(number),
                         effects: if kind == SensorKind::Asde { effects() } else { Vec::new() },
@@ -171,7 +172,7 @@ impl Demo {
                     status: if missed { TrackStatus::Coasting } else { TrackStatus::Confirmed },
                     first: false,
                     time_ns,
-                    position_m: track_m,
+                    position_m: track_m.into(),
                     velocity_mps: v,
                     cov_m2: [2.6, 0.5, 3.4],
                     acceleration_ms2: [0.0; 2],

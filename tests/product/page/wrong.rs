@@ -1,6 +1,7 @@
 //! What goes wrong is shown and does no harm.
 
 use super::*;
+use models::frames::Point2;
 
 #[test]
 fn what_goes_wrong_is_shown_and_does_no_harm() {
@@ -8,7 +9,7 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     // Names are text, never markup; figures that are none leave the rest of the picture alone.
     let mut odd = w.demo.scan(6);
     odd.tracks[0].callsign = "<b>X</b>".to_owned();
-    odd.tracks[1].position_m = [f64::NAN, 5.0];
+    odd.tracks[1].position_m = Point2::new(f64::NAN, 5.0);
     odd.tracks[1].cov_m2 = [f64::INFINITY; 3];
     odd.truth[3].position_m[0] = f64::INFINITY;
     w.page.update(|viewer| viewer.on_scan(&odd));

@@ -142,12 +142,13 @@ mod tests {
     use crate::control::layout::RunwayAxis;
     use crate::control::parameters::Parameters;
     use crate::control::situation::{Target, TargetClass};
+    use crate::frames::Point2;
     use crate::frames::Vector2;
     use crate::plot::Callsign;
     use crate::time::SimTime;
 
     fn layout() -> Layout {
-        let ends = [Vector2::new(0.0, 0.0), Vector2::new(3000.0, 0.0)];
+        let ends = [Point2::new(0.0, 0.0), Point2::new(3000.0, 0.0)];
         let names = ["09".into(), "27".into()];
         let axis = RunwayAxis::new(names, ends, 45.0, 90.0).expect("an axis");
         Layout { runways: vec![axis], ..Layout::default() }
@@ -160,7 +161,7 @@ mod tests {
             class: TargetClass::Aircraft,
             arriving: false,
             length_m: 38.0,
-            position_m: Vector2::new(x, y),
+            position_m: Point2::new(x, y),
             velocity_mps: Vector2::new(v, 0.0),
             altitude_m: Some(0.0),
             last_plot: now,

@@ -6,7 +6,7 @@
 use super::{Found, Picture, What};
 use crate::control::actors::message::Seat;
 use crate::control::clearance::ClearanceKind;
-use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::frames::{Azimuth, Point2, center, wrap_pi};
 
 /// Nobody is looked at longer ahead, s.
 pub const AHEAD_S: f64 = 120.0;
@@ -27,7 +27,7 @@ const BESIDE_M: f64 = 50.0;
 struct Runner {
     flight: u32,
     /// Seconds from now, place, direction.
-    way: Vec<(f64, Vector2<f64>, f64)>,
+    way: Vec<(f64, Point2<f64>, f64)>,
 }
 
 /// Pairs of ways that meet.
@@ -83,7 +83,7 @@ fn runner(m: usize, picture: &Picture<'_>) -> Option<Runner> {
         return None;
     }
     let runways = &picture.known.layout.runways;
-    let in_strip = |p: Vector2<f64>| {
+    let in_strip = |p: Point2<f64>| {
         runways.iter().any(|axis| {
             let (along_m, across_m) = axis.place_m(p);
             across_m.abs() <= axis.hold_m && (0.0..=axis.length_m).contains(&along_m)
@@ -105,8 +105,8 @@ fn runner(m: usize, picture: &Picture<'_>) -> Option<Runner> {
 }
 
 /// When each of two is where they meet first, and where; none if they do not.
-fn meeting(a: &Runner, b: &Runner) -> Option<(f64, f64, Vector2<f64>)> {
-    let mut first: Option<(f64, f64, Vector2<f64>)> = None;
+fn meeting(a: &Runner, b: &Runner) -> Option<(f64, f64, Point2<f64>)> {
+    let mut first: Option<(f64, f64, Point2<f64>)> = None;
     for (at_a_s, place_a, along_a) in &a.way {
         if first.is_some_and(|f| *at_a_s > f.0.max(f.1)) {
             break;
@@ -117,7 +117,7 @@ fn meeting(a: &Runner, b: &Runner) -> Option<(f64, f64, Vector2<f64>)> {
                 && wrap_pi(along_a - along_b).abs() > FOLLOWS_RAD;
             let sooner = first.is_none_or(|f| at_a_s.max(*at_b_s) < f.0.max(f.1));
             if meets && sooner {
-                first = Some((*at_a_s, *at_b_s, (place_a + place_b) * 0.5));
+                first = Some((*at_a_s, *at_b_s, center(place_a, place_b)));
             }
         }
     }

@@ -17,7 +17,7 @@ use super::actors::message::Seat;
 use super::actors::sight::Waiting;
 use super::actors::{Given, Wanted};
 use super::clearance::{ClearanceKind, Strip};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::plot::Callsign;
 use crate::traffic::ahead::{Flight, Known, stand_of};
 use crate::traffic::network::Network;
@@ -92,7 +92,7 @@ pub enum What {
     /// Hold it where it is: its way meets the other's.
     ConflictAhead {
         /// There, m.
-        place_m: Vector2<f64>,
+        place_m: Point2<f64>,
         /// It is there then, s.
         meets_s: f64,
         /// So long after the other, s.
@@ -462,7 +462,7 @@ mod tests {
             other: Some(other),
             until_s: meets_s,
             value: 1.0,
-            what: What::ConflictAhead { place_m: Vector2::zeros(), meets_s, behind_s: 3.0 },
+            what: What::ConflictAhead { place_m: Point2::origin(), meets_s, behind_s: 3.0 },
         }
     }
 

@@ -22,7 +22,7 @@ pub(super) fn look(now_s: f64, picture: &Picture<'_>) -> Vec<Found> {
     // Who comes to which stand, and when.
     let mut comes: Vec<(usize, usize, f64)> = Vec::new();
     for (m, f) in flights.iter().enumerate().filter(|(_, f)| f.direction == Direction::Arrival) {
-        let taxi_s = |from_m: crate::frames::Vector2<f64>, stand: usize| {
+        let taxi_s = |from_m: crate::frames::Point2<f64>, stand: usize| {
             expected_taxi_s((net.stands[stand].at_m - from_m).norm())
         };
         let threshold_m = net.runways[f.runway.0].ends_m[f.runway.1];

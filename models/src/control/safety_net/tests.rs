@@ -2,6 +2,7 @@ use super::*;
 use crate::control::clearance::{Clearance, ClearanceKind};
 use crate::control::layout::RunwayAxis;
 use crate::control::situation::TargetClass;
+use crate::frames::Point2;
 use crate::frames::Vector2;
 
 mod jumps;
@@ -11,7 +12,7 @@ mod stands;
 
 /// A runway from the origin to the north, 3 km.
 fn layout() -> Layout {
-    let ends = [Vector2::new(0.0, 0.0), Vector2::new(0.0, 3000.0)];
+    let ends = [Point2::new(0.0, 0.0), Point2::new(0.0, 3000.0)];
     let axis = RunwayAxis::new(["36".into(), "18".into()], ends, 45.0, 90.0);
     Layout::new(axis.into_iter().collect())
 }
@@ -24,7 +25,7 @@ fn target(number: u16, name: &str, at: (f64, f64), v: (f64, f64), second: u32) -
         class: if name.is_empty() { TargetClass::Unknown } else { TargetClass::Aircraft },
         arriving: false,
         length_m: if name.is_empty() { 0.0 } else { 38.0 },
-        position_m: Vector2::new(at.0, at.1),
+        position_m: Point2::new(at.0, at.1),
         velocity_mps: Vector2::new(v.0, v.1),
         altitude_m: None,
         last_plot: now,
@@ -236,7 +237,7 @@ fn a_parked_track_that_is_drawn_away_is_no_push_back_and_a_push_back_is_one() {
         let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
         let mut board = Board::default();
         if let Some(strip) = board.strip(Callsign::new("ABC1")) {
-            strip.stand_m = Some(Vector2::new(600.0, 500.0));
+            strip.stand_m = Some(Point2::new(600.0, 500.0));
         }
         let mut found = None;
         for second in 1..=80_u32 {
@@ -345,8 +346,7 @@ fn the_nose_of_a_standing_track_does_not_turn_with_its_noise() {
         let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
         let mut board = Board::default();
         if let Some(strip) = board.strip(Callsign::new("ABC1")).filter(|_| on_way) {
-            strip.way_m =
-                (0..40).map(|i| Vector2::new(110.0, 800.0 + 8.0 * f64::from(i))).collect();
+            strip.way_m = (0..40).map(|i| Point2::new(110.0, 800.0 + 8.0 * f64::from(i))).collect();
         }
         let mut worst: f64 = 0.0;
         for second in 1..=40_u32 {
@@ -362,7 +362,7 @@ fn the_nose_of_a_standing_track_does_not_turn_with_its_noise() {
             };
             net.scan(&scan);
             let situation = net.surveillance().situations()[0];
-            worst = worst.max((situation.nose_m - Vector2::new(110.0, 919.0)).norm());
+            worst = worst.max((situation.nose_m - Point2::new(110.0, 919.0)).norm());
         }
         worst
     };
@@ -513,9 +513,8 @@ fn a_jump_before_a_push_back_or_on_a_wrong_way_delays_nothing() {
             });
         }
         if let Some(strip) = board.strip(name) {
-            strip.stand_m = Some(Vector2::new(600.0, if off_way { 5000.0 } else { 500.0 }));
-            strip.way_m =
-                (0..90).map(|i| Vector2::new(600.0, 400.0 + 8.0 * f64::from(i))).collect();
+            strip.stand_m = Some(Point2::new(600.0, if off_way { 5000.0 } else { 500.0 }));
+            strip.way_m = (0..90).map(|i| Point2::new(600.0, 400.0 + 8.0 * f64::from(i))).collect();
         }
         let found = raised_with(board, Parameters::on_tracks(), 80, |s| {
             let t = (f64::from(s) - 40.0).max(0.0);
@@ -544,7 +543,7 @@ fn a_jump_before_a_push_back_or_on_a_wrong_way_delays_nothing() {
 fn a_cleared_landing_is_on_final_to_its_runway() {
     let finals = |cleared: Option<(usize, usize)>| {
         let mut layout = layout();
-        let ends = [Vector2::new(200.0, 0.0), Vector2::new(200.0, 3000.0)];
+        let ends = [Point2::new(200.0, 0.0), Point2::new(200.0, 3000.0)];
         layout.runways.extend(RunwayAxis::new(["36R".into(), "18L".into()], ends, 45.0, 90.0));
         let mut net = SafetyNet::new(layout, Parameters::default());
         let mut board = Board::default();

@@ -4,7 +4,7 @@ use super::memory::{Jump, Memory, Named};
 use super::{Situation, Surveillance, Target};
 use crate::control::clearance::Board;
 use crate::control::parameters::{Doubt, Parameters};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::time::SimTime;
 
 /// Why a track raises no alert by itself.
@@ -183,7 +183,7 @@ impl Memory {
 
     /// Who goes on from a jump as he jumped, farther and farther from where he would be without it, has set off, or gains or loses speed: a
     /// track that has settled comes after by a jump. Noise comes back.
-    fn has_gone_on(&mut self, now: SimTime, position_m: Vector2<f64>) {
+    fn has_gone_on(&mut self, now: SimTime, position_m: Point2<f64>) {
         let Some(jump) = self.goes_on else { return };
         let since_s = now.since_s(jump.from);
         if since_s > GIVES_UP_S {
@@ -260,10 +260,10 @@ impl Memory {
 /// Where the nose of a body is that has its middle at a place and follows a way: half its length ahead along it. `None`
 /// beyond [`OFF_WAY_M`] of the way, and where it ends before.
 pub(super) fn nose_on(
-    way_m: &[Vector2<f64>],
-    middle_m: Vector2<f64>,
+    way_m: &[Point2<f64>],
+    middle_m: Point2<f64>,
     half_m: f64,
-) -> Option<Vector2<f64>> {
+) -> Option<Point2<f64>> {
     let (mut best, mut found) = (OFF_WAY_M, None);
     for (i, pair) in way_m.windows(2).enumerate() {
         let along = pair[1] - pair[0];

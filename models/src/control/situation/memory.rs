@@ -2,7 +2,7 @@
 
 use super::{Target, TargetClass};
 use crate::control::clearance::Board;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 
@@ -26,9 +26,9 @@ const STRAY_M: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub(super) struct Places {
     at: [SimTime; ROOM],
-    place_m: [Vector2<f64>; ROOM],
+    place_m: [Point2<f64>; ROOM],
     /// Of the last few only.
-    nose_m: [Vector2<f64>; NOSES],
+    nose_m: [Point2<f64>; NOSES],
     /// What its jumps have moved it until then, m, and how long they took, s; empty before the first of them.
     jumps: Vec<(Vector2<f64>, f64)>,
     next: u8,
@@ -37,7 +37,7 @@ pub(super) struct Places {
 
 impl Places {
     fn none() -> Self {
-        let (at, nowhere) = ([SimTime::ZERO; ROOM], Vector2::zeros());
+        let (at, nowhere) = ([SimTime::ZERO; ROOM], Point2::origin());
         let (place_m, nose_m) = ([nowhere; ROOM], [nowhere; NOSES]);
         Self { at, place_m, nose_m, jumps: Vec::new(), next: 0, kept: 0 }
     }
@@ -50,13 +50,13 @@ impl Places {
 
     /// Time and place of the `n`-th latest, from 1 on.
     #[inline]
-    pub(super) fn latest(&self, n: usize) -> (SimTime, Vector2<f64>) {
+    pub(super) fn latest(&self, n: usize) -> (SimTime, Point2<f64>) {
         let at = self.back(n);
         (self.at[at], self.place_m[at])
     }
 
     /// Where the nose was in the three scans before the last one, the latest first.
-    pub(super) fn noses_before_m(&self) -> [Option<Vector2<f64>>; 3] {
+    pub(super) fn noses_before_m(&self) -> [Option<Point2<f64>>; 3] {
         [2, 3, 4].map(|n| (n <= usize::from(self.kept)).then(|| self.nose_m[self.back(n) % NOSES]))
     }
 
@@ -75,8 +75,8 @@ impl Places {
     pub(super) fn keep(
         &mut self,
         now: SimTime,
-        place_m: Vector2<f64>,
-        nose_m: Vector2<f64>,
+        place_m: Point2<f64>,
+        nose_m: Point2<f64>,
         jumps: (Vector2<f64>, f64),
     ) {
         let next = usize::from(self.next) % ROOM;
@@ -123,7 +123,7 @@ pub(super) struct Named {
 pub(super) struct Jump {
     /// Time and place before it, and the mean velocity there, m/s.
     pub(super) from: SimTime,
-    pub(super) from_m: Vector2<f64>,
+    pub(super) from_m: Point2<f64>,
     pub(super) mean_mps: Vector2<f64>,
     /// When, in which direction and how far, m.
     pub(super) at: SimTime,
@@ -133,7 +133,7 @@ pub(super) struct Jump {
 
 impl Jump {
     /// From where it would be without the jump to a place, m.
-    pub(super) fn off(&self, position_m: Vector2<f64>, since_s: f64) -> Vector2<f64> {
+    pub(super) fn off(&self, position_m: Point2<f64>, since_s: f64) -> Vector2<f64> {
         position_m - self.from_m - self.mean_mps * since_s
     }
 }
@@ -146,7 +146,7 @@ pub(super) struct Memory {
     pub(super) seen: SimTime,
     pub(super) places: Places,
     pub(super) heading: Option<Vector2<f64>>,
-    pub(super) anchor_m: Vector2<f64>,
+    pub(super) anchor_m: Point2<f64>,
     pub(super) still_since: SimTime,
     /// On tracks: it has gone from its anchor, and goes on.
     pub(super) away: bool,
@@ -168,7 +168,7 @@ pub(super) struct Memory {
     /// Of one without a name: half its length by where it held before a line, m.
     pub(super) held_half_m: f64,
     /// Where it was, and when, before the first of the jumps that follow each other.
-    pub(super) before_jumps: (SimTime, Vector2<f64>),
+    pub(super) before_jumps: (SimTime, Point2<f64>),
     /// Is far from where it had to be.
     pub(super) leaps: bool,
     /// Was so last where that mattered.
@@ -252,7 +252,7 @@ impl Memory {
     /// Mean speed since the latest place that is old enough. A jump moves nobody: the least of that, of that without the
     /// steps in which it jumped, and of that since before it began to jump (it may have been drawn away and be on its way back).
     #[inline(always)]
-    pub(super) fn mean_mps(&self, now: SimTime, position_m: Vector2<f64>, back: &Back) -> f64 {
+    pub(super) fn mean_mps(&self, now: SimTime, position_m: Point2<f64>, back: &Back) -> f64 {
         let Some(before) = self.places.before(back) else {
             return 0.0;
         };
@@ -270,7 +270,7 @@ impl Memory {
         &self,
         mean_mps: f64,
         now: SimTime,
-        position_m: Vector2<f64>,
+        position_m: Point2<f64>,
         before: usize,
         back: &Back,
     ) -> f64 {
@@ -323,7 +323,7 @@ impl Memory {
     pub(super) fn stand(
         &mut self,
         now: SimTime,
-        position_m: Vector2<f64>,
+        position_m: Point2<f64>,
         anchor_m: f64,
         moves: bool,
     ) {
@@ -333,7 +333,7 @@ impl Memory {
             self.still_since = now;
         } else if self.away {
             let latest_first = (1..=usize::from(self.places.kept)).map(|n| self.places.latest(n));
-            let far = |(_, place_m): &(SimTime, Vector2<f64>)| {
+            let far = |(_, place_m): &(SimTime, Point2<f64>)| {
                 (position_m - place_m).norm() > anchor_m / 3.0
             };
             let since = latest_first.into_iter().find(far).map(|(at, _)| at);
@@ -359,7 +359,7 @@ mod tests {
                 let expected = old.into_iter().find(|s| now.s() - s >= seconds - 1e-9);
                 let expected = expected.map(SimTime::from_s);
                 assert_eq!(found, expected, "scan {scan}, {step_s} s apart, {seconds} s back");
-                places.keep(now, Vector2::zeros(), Vector2::zeros(), Default::default());
+                places.keep(now, Point2::origin(), Point2::origin(), Default::default());
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::super::motion::Motion;
 use super::*;
 use crate::filter::testing::plot_at;
+use crate::frames::Point2;
 use nalgebra::SVector;
 
 type Full = (SVector<f64, 6>, SMatrix<f64, 6, 6>);
@@ -54,7 +55,11 @@ fn rows(
         Measurement::Line { z, axis, variance } => {
             let mut h = DMatrix::zeros(1, 6);
             (h[(0, 0)], h[(0, 3)]) = (axis.x, axis.y);
-            (h, DVector::from_element(1, z.dot(&axis)), DMatrix::from_element(1, 1, variance))
+            (
+                h,
+                DVector::from_element(1, z.coords.dot(&axis)),
+                DMatrix::from_element(1, 1, variance),
+            )
         }
     }
 }
@@ -76,16 +81,9 @@ fn updated(g: &Gaussian, m: &Measurement) -> (Full, f64, f64) {
 fn measurements() -> [Measurement; 3] {
     let (sin, cos) = libm::sincos(0.7);
     [
-        Measurement::Position { z: Vector2::new(2.0, -1.0), r: Sym2 { xx: 2.0, xy: 0.7, yy: 1.0 } },
-        Measurement::Position {
-            z: Vector2::new(-3.0, 9.0),
-            r: Sym2 { xx: 0.5, xy: 0.0, yy: 40.0 },
-        },
-        Measurement::Line {
-            z: Vector2::new(1.0, 5.0),
-            axis: Vector2::new(cos, sin),
-            variance: 3.0,
-        },
+        Measurement::Position { z: Point2::new(2.0, -1.0), r: Sym2 { xx: 2.0, xy: 0.7, yy: 1.0 } },
+        Measurement::Position { z: Point2::new(-3.0, 9.0), r: Sym2 { xx: 0.5, xy: 0.0, yy: 40.0 } },
+        Measurement::Line { z: Point2::new(1.0, 5.0), axis: Vector2::new(cos, sin), variance: 3.0 },
     ]
 }
 
@@ -99,7 +97,7 @@ fn what_is_stored_is_the_matrix_in_its_order() {
         (p[(0, 3)], p[(1, 5)], p[(5, 1)], p[(4, 2)]),
         (g.cross[0], g.cross[5], g.cross[5], g.cross[7])
     );
-    assert_eq!(g.position(), Vector2::new(full(&g).0[0], full(&g).0[3]));
+    assert_eq!(g.position(), Point2::new(full(&g).0[0], full(&g).0[3]));
     assert_eq!(g.position_cov(), Sym2 { xx: p[(0, 0)], xy: p[(0, 3)], yy: p[(3, 3)] });
     assert_eq!(g.motion().1, Vector2::new(full(&g).0[1], full(&g).0[4]));
 }
@@ -132,7 +130,7 @@ fn a_step_is_the_transition_of_the_whole_covariance_with_the_noise() {
             let expected = (phi * x, phi * p * phi.transpose() + q);
             same(&format!("{motion:?} {t}"), &g.predicted(&step), &expected);
             let (at, cov) = g.predicted_position(&step);
-            assert!((at - Vector2::new(expected.0[0], expected.0[3])).norm() < 1e-9);
+            assert!((at - Point2::new(expected.0[0], expected.0[3])).norm() < 1e-9);
             let p = expected.1;
             let off = [cov.xx - p[(0, 0)], cov.xy - p[(0, 3)], cov.yy - p[(3, 3)]];
             assert!(off.iter().all(|o| o.abs() < 1e-9 * p.amax()), "{motion:?} {t}: {off:?}");
@@ -194,17 +192,13 @@ fn what_no_covariance_allows_leaves_the_state_as_it_was() {
     let before = state(1.0);
     let wild = Sym2 { xx: -1e3, xy: 0.0, yy: -1e3 };
     for m in [
-        Measurement::Position { z: Vector2::zeros(), r: wild },
+        Measurement::Position { z: Point2::origin(), r: wild },
         Measurement::Position {
-            z: Vector2::new(f64::NAN, 0.0),
+            z: Point2::new(f64::NAN, 0.0),
             r: Sym2 { xx: 1.0, xy: 0.0, yy: 1.0 },
         },
-        Measurement::Line { z: Vector2::zeros(), axis: Vector2::x(), variance: -1e3 },
-        Measurement::Line {
-            z: Vector2::new(f64::INFINITY, 0.0),
-            axis: Vector2::x(),
-            variance: 1.0,
-        },
+        Measurement::Line { z: Point2::origin(), axis: Vector2::x(), variance: -1e3 },
+        Measurement::Line { z: Point2::new(f64::INFINITY, 0.0), axis: Vector2::x(), variance: 1.0 },
     ] {
         let (mut a, mut b) = (before, before.without_acceleration());
         assert!(a.update(&m).is_err() && b.update_steady(&m).is_err(), "{m:?}");
@@ -238,7 +232,7 @@ fn mixtures_have_the_moments_of_their_parts() {
     same("whatever is said of it", &Gaussian::mixture_steady(&weights, &parts), &of(&steady));
     let (position, velocity) = Gaussian::mean_motion(&weights, &parts);
     let (x, _) = of(&parts);
-    assert!((position - Vector2::new(x[0], x[3])).norm() < 1e-9);
+    assert!((position - Point2::new(x[0], x[3])).norm() < 1e-9);
     assert!((velocity - Vector2::new(x[1], x[4])).norm() < 1e-9);
 }
 
@@ -262,7 +256,7 @@ fn several_plots_are_the_mixture_of_what_each_would_make_and_of_none() {
 #[test]
 fn two_plots_give_the_position_and_velocity_that_they_say() {
     let (r1, r2) = (Sym2 { xx: 3.0, xy: 0.4, yy: 5.0 }, Sym2 { xx: 2.0, xy: -0.6, yy: 1.0 });
-    let (z1, z2) = (Vector2::new(1.0, 8.0), Vector2::new(7.0, -4.0));
+    let (z1, z2) = (Point2::new(1.0, 8.0), Point2::new(7.0, -4.0));
     let g = Gaussian::from_two((z1, r1), (z2, r2), 2.0, 3.0, false);
     let (x, p) = full(&g);
     assert_eq!(x.as_slice(), [7.0, 3.0, 0.0, -4.0, -6.0, 0.0]);
@@ -336,7 +330,7 @@ fn a_state_is_sound_if_its_covariance_is_one() {
     assert!(good.without_acceleration().is_sound());
     assert!(apart.without_acceleration().is_clearly_sound());
     assert!(
-        Gaussian::at_position(Vector2::zeros(), Sym2 { xx: 1.0, xy: 1.0, yy: 1.0 }, 1.0, 1.0)
+        Gaussian::at_position(Point2::origin(), Sym2 { xx: 1.0, xy: 1.0, yy: 1.0 }, 1.0, 1.0)
             .is_sound()
     );
     for axis in 0..6 {

@@ -109,6 +109,7 @@ mod tests {
     use crate::filter::consistency::position_nees;
     use crate::filter::testing::{drawn, slower};
     use crate::filter::{Rung, two_plot_start};
+    use crate::frames::Point2;
 
     /// Standard deviation of the delay, s, and share of the variance of a report that is slow.
     const LATE_S: f64 = 0.144;
@@ -119,11 +120,11 @@ mod tests {
     }
 
     /// On final at 70 m/s for 40 s, braking to 10 m/s by 2 m/s², then on: place at a time, m.
-    fn place(t: f64) -> Vector2<f64> {
+    fn place(t: f64) -> Point2<f64> {
         let (at_speed, braking, after) =
             (t.min(40.0), (t - 40.0).clamp(0.0, 30.0), (t - 70.0).max(0.0));
         let way = 70.0 * at_speed + (70.0 - braking) * braking + 10.0 * after;
-        Vector2::new(0.6, 0.8) * way
+        Point2::new(0.6, 0.8) * way
     }
 
     /// What a landing is published with that only its own reports tell of, each run with a delay and an error of its own: mean square

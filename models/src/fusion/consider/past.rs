@@ -5,7 +5,7 @@
 
 use super::{Consider, MOTION, Slow};
 use crate::filter::UpdateError;
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::time::SimTime;
 
 /// East and north of the position in the state.
@@ -40,7 +40,7 @@ impl Consider {
 
     /// The copied position (m) as it is known now, and its covariance (m²); nothing where none was taken.
     #[must_use]
-    pub fn copy(&self) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    pub fn copy(&self) -> Option<(Point2<f64>, Matrix2<f64>)> {
         let at = self.slow.iter().find(|s| s.sensor.is_none())?.at;
         let own = |x: &[f64]| Vector2::new(x[at], x[at + 1]);
         let mean: Vector2<f64> = self.parts.iter().map(|p| own(&p.x) * p.weight).sum();
@@ -51,7 +51,7 @@ impl Consider {
             cov += (p + off * off.transpose()) * part.weight;
         }
         let sound = cov.iter().chain(mean.iter()).all(|v| v.is_finite());
-        (sound && cov[(0, 0)] > 0.0 && cov.determinant() > 0.0).then_some((mean, cov))
+        (sound && cov[(0, 0)] > 0.0 && cov.determinant() > 0.0).then(|| (Point2::from(mean), cov))
     }
 }
 
@@ -77,7 +77,7 @@ mod tests {
         let mut now_s = 0.3;
         for k in 1..6 {
             let t = 0.8 * f64::from(k);
-            let plot = report(t, Vector2::new(3.0 * t, t * t), 2.0);
+            let plot = report(t, Point2::new(3.0 * t, t * t), 2.0);
             with_copy.update(&plot, model(0.0), false).expect("sound");
             lag.predict(t - now_s, true);
             state = state.predicted(&motion.step(t - now_s));
@@ -88,7 +88,7 @@ mod tests {
             state.update(&Measurement::of(&plot).expect("sound")).expect("sound");
             now_s = t;
             let (position, cov) = with_copy.copy().expect("taken");
-            assert!((position - lag.value).norm() < 1e-9, "{position} {}", lag.value);
+            assert!((position.coords - lag.value).norm() < 1e-9, "{position} {}", lag.value);
             assert!((cov - lag.covariance).norm() < 1e-9, "{cov} {}", lag.covariance);
         }
         assert!((with_copy.estimate().position_m() - state.position()).norm() < 1e-9);
@@ -102,12 +102,12 @@ mod tests {
             Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(4.0)), &config);
         for k in 1..20 {
             let t = f64::from(k);
-            let plot = report(t, Vector2::new(3.0 * t, 0.0), 4.0);
+            let plot = report(t, Point2::new(3.0 * t, 0.0), 4.0);
             filter.update(&plot, model(0.0), false).expect("sound");
         }
         let mut copied = filter.copied(SimTime::from_s(20.0)).expect("later");
         // It is 9 m aside: who keeps straight on says that it was there all the time, who jumps that it came there just now.
-        let aside = report(20.8, Vector2::new(62.4, 9.0), 4.0);
+        let aside = report(20.8, Point2::new(62.4, 9.0), 4.0);
         copied.update(&aside, model(0.0), false).expect("sound");
         let at = copied.slow.iter().find(|s| s.sensor.is_none()).expect("taken").at;
         let (mean, cov) = copied.copy().expect("sound");

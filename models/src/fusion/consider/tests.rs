@@ -8,7 +8,7 @@ use crate::filter::motion::Motion;
 use crate::filter::testing::{by_radar, drawn, plot_at, slower, stops_and_goes};
 use crate::plot::SensorKind;
 
-pub(super) fn report(t_s: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
+pub(super) fn report(t_s: f64, position_m: Point2<f64>, variance: f64) -> Plot {
     let own = plot_at(t_s, position_m.x, position_m.y, variance);
     Plot { sensor: SensorId(2), kind: SensorKind::Gps, axis: Vector2::new(0.0, 1.0), ..own }
 }
@@ -30,7 +30,7 @@ const Q: f64 = 1e-4;
 
 pub(super) fn start(variance: f64) -> Gaussian {
     let r = crate::filter::gaussian::Sym2 { xx: variance, xy: 0.0, yy: variance };
-    Gaussian::at_position(Vector2::zeros(), r, 5.0, 1.0)
+    Gaussian::at_position(Point2::origin(), r, 5.0, 1.0)
 }
 
 /// Mean NEES and claimed variance of a receiver that moves at 5 m/s, 200 runs of 200 s.
@@ -44,7 +44,7 @@ fn run(share_assumed: f64) -> (f64, f64, f64) {
         let mut rng = key.rng(Purpose::Study);
         let draw = |rng: &mut _| Vector2::from(<[f64; 2]>::from(normal_pair(rng)));
         let mut slow = draw(&mut rng);
-        let mut truth = Vector2::zeros();
+        let mut truth = Point2::origin();
         let (mut velocity, mut acceleration) = (Vector2::new(5.0, 0.0), Vector2::zeros());
         let mut filter =
             Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(1e6)), &one_mode(Q));
@@ -93,7 +93,7 @@ fn without_a_slow_share_it_is_the_six_state_filter() {
     let mut before = SimTime::ZERO;
     for k in 1..=50 {
         let t = f64::from(k) * 0.7;
-        let z = Vector2::new(t * t, 3.0 - t);
+        let z = Point2::new(t * t, 3.0 - t);
         let mut plot = report(t, z, 2.0);
         plot.axis = Vector2::new(0.6, 0.8);
         plot.across_m2 = 7.0;
@@ -112,7 +112,7 @@ fn without_a_slow_share_it_is_the_six_state_filter() {
 /// Reports that are late by the same 0.22 s (where they are, the target was) beside plots that are not, of a target that drives at
 /// 20 m/s and stops, and again: root mean square error (m) and NEES while it drives and while it stands, from the second time on.
 fn late_reports(late_s: f64) -> [(f64, f64); 2] {
-    let place = |t: f64| Vector2::new(stops_and_goes(t), 0.0);
+    let place = |t: f64| Point2::new(stops_and_goes(t), 0.0);
     let (mut sums, mut counts) = ([(0.0, 0.0); 2], [0.0; 2]);
     for run in 0..60 {
         let draw = |sensor, scan: u32| drawn(run, sensor, 0, scan.into());
@@ -163,7 +163,7 @@ fn what_reports_are_late_by_is_learnt_and_is_nothing_where_the_target_stands() {
 #[test]
 fn what_stands_near_a_radar_is_not_drawn_to_it() {
     let (axis, distance_m) = (Vector2::new(0.6, 0.8), 150.0);
-    let truth = axis * distance_m;
+    let truth = Point2::from(axis * distance_m);
     let (mut sum, mut count) = (0.0, 0.0);
     for run in 0..60 {
         let draw = |sensor, scan: u32| drawn(100 + run, sensor, 0, scan.into());
@@ -185,7 +185,8 @@ fn what_stands_near_a_radar_is_not_drawn_to_it() {
             let azimuth_rad = libm::atan2(axis.x, axis.y) + 5.0 * noise.y / distance_m;
             let (sin, cos) = libm::sincos(azimuth_rad);
             let line = Vector2::new(sin, cos);
-            let own = Plot { sensor: SensorId(1), ..report(t - 0.5, line * range_m, 6.25) };
+            let own =
+                Plot { sensor: SensorId(1), ..report(t - 0.5, (line * range_m).into(), 6.25) };
             let seen = by_radar(own, [6.25, 25.0]);
             let echo = SlowError::Echo { sigma_m: [1.4, 1.2], tau_s: 100.0 };
             filter.update(&seen, echo, false).expect("sound");
@@ -209,7 +210,7 @@ fn followed(rung: Rung) -> Consider {
     for k in 1..=30u32 {
         let t = f64::from(k);
         let error = drawn(9, 0, 0, k.into());
-        let truth = Vector2::new(9.0 * t, 0.3 * t * t * f64::from(u8::from(k > 20)));
+        let truth = Point2::new(9.0 * t, 0.3 * t * t * f64::from(u8::from(k > 20)));
         filter.update(&report(t - 0.5, truth + error, 2.0), model(0.9), false).expect("sound");
         let seen = Plot { sensor: SensorId(1), ..report(t, truth - error * 0.7, 1.5) };
         filter.update(&seen, SlowError::White, false).expect("sound");
@@ -249,7 +250,7 @@ fn several_plots_are_the_mixture_of_each_alone_and_of_none() {
 fn of_three_modes_and_white_errors_it_is_the_rung_that_mixes_them() {
     use crate::filter::{Estimator, StateEstimator};
     let config = FilterConfig::new(Rung::Imm3);
-    let plot = |k: u32, x: f64, y: f64| report(f64::from(k), Vector2::new(x, y), 2.0);
+    let plot = |k: u32, x: f64, y: f64| report(f64::from(k), Point2::new(x, y), 2.0);
     let first = plot(0, 0.0, 0.0);
     let mut rung = Estimator::from_plot(&config, &first).expect("sound");
     let mut consider = Consider::from_estimate(&rung.estimate(), &config);
@@ -308,12 +309,13 @@ fn what_is_known_of_a_receiver_outlives_a_new_beginning() {
         let mut filter =
             Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(9.0)), &config);
         let said = |t: f64, slow: Vector2<f64>, k: u32| {
-            report(t, (slow * share.sqrt() + draw(2, k) * (1.0 - share).sqrt()) * 3.0, 9.0)
+            let error_m = (slow * share.sqrt() + draw(2, k) * (1.0 - share).sqrt()) * 3.0;
+            report(t, error_m.into(), 9.0)
         };
         for k in 1..=60u32 {
             slow = slower(slow, rho, draw(3, k));
             filter.update(&said(f64::from(k) - 0.5, slow, k), model(share), false).expect("sound");
-            let seen = Plot { sensor: SensorId(1), ..report(f64::from(k), draw(1, k), 1.0) };
+            let seen = Plot { sensor: SensorId(1), ..report(f64::from(k), draw(1, k).into(), 1.0) };
             filter.update(&seen, SlowError::White, false).expect("sound");
         }
         // Its state begins again with nothing known, and only the receiver tells of it.
@@ -325,8 +327,8 @@ fn what_is_known_of_a_receiver_outlives_a_new_beginning() {
             filter.update(&report, model(share), false).expect("sound");
             anew.update(&report, model(share), false).expect("sound");
         }
-        kept += filter.estimate().position_m().norm_squared() / 40.0;
-        fresh += anew.estimate().position_m().norm_squared() / 40.0;
+        kept += filter.estimate().position_m().coords.norm_squared() / 40.0;
+        fresh += anew.estimate().position_m().coords.norm_squared() / 40.0;
         claimed += filter.estimate().position_cov_m2().trace() / 40.0;
     }
     println!("known receiver {kept:.2} m², claimed {claimed:.2}; unknown one {fresh:.2} m²");
@@ -342,7 +344,7 @@ fn six_receivers_are_no_better_than_their_slow_errors() {
     for k in 1..=200u32 {
         for sensor in 1..=6u16 {
             let t = f64::from(k) + 0.1 * f64::from(sensor);
-            let said = Plot { sensor: SensorId(sensor), ..report(t, Vector2::zeros(), 1.0) };
+            let said = Plot { sensor: SensorId(sensor), ..report(t, Point2::origin(), 1.0) };
             let slow = SlowError::Receiver { share: 0.95, tau_s: 1e6, late_s: 0.0 };
             filter.update(&said, slow, false).expect("sound");
         }
@@ -351,7 +353,7 @@ fn six_receivers_are_no_better_than_their_slow_errors() {
     // A sixth of the slow part, and hardly any of the white one.
     assert!((0.9 * 0.95 / 6.0..1.2 / 6.0).contains(&claimed), "{claimed}");
     for sensor in 7..=9u16 {
-        let said = Plot { sensor: SensorId(sensor), ..report(202.0, Vector2::zeros(), 1.0) };
+        let said = Plot { sensor: SensorId(sensor), ..report(202.0, Point2::origin(), 1.0) };
         filter.update(&said, model(0.9), false).expect("sound");
         assert!(filter.size() <= MOTION + MOST_SLOW);
     }

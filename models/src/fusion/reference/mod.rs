@@ -21,7 +21,7 @@ use self::target::Target;
 use super::config::{TrackingConfig, UnsoundNumber};
 use super::state::Statistics;
 use crate::flight_list::FlightList;
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::plot::{Callsign, Plot, SensorId};
 use crate::time::SimTime;
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ pub struct Point {
     /// When.
     pub time: SimTime,
     /// Position, m east and north.
-    pub position_m: Vector2<f64>,
+    pub position_m: Point2<f64>,
     /// Velocity, m/s east and north.
     pub velocity_mps: Vector2<f64>,
     /// Covariance of the position, m².
@@ -213,7 +213,7 @@ fn point(here: &Smoothed, shared: &Shared, time: SimTime, stands: bool, plot_s: 
     };
     Point {
         time,
-        position_m: Vector2::new(x[0], x[2]),
+        position_m: Point2::new(x[0], x[2]),
         velocity_mps: Vector2::new(x[1], x[3]),
         position_cov_m2: part(0),
         velocity_cov_m2s2: part(1),

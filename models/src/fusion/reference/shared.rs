@@ -4,7 +4,7 @@
 //! as likely that there is none as that there is one of the prior's size, so all choices of errors are weighed by their
 //! evidence, and what is applied is the mean over them (Hoeting, Madigan, Raftery, Volinsky, Statistical Science 14, 1999).
 
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::fusion::near_side::EchoLaw;
 use crate::plot::{Plot, SensorId};
 
@@ -51,22 +51,23 @@ pub struct SiteFound {
 
 /// Where a radar stands by its own plots, m: where their lines of sight meet, `Σ(I − aaᵀ) s = Σ(I − aaᵀ) p`; none where they are
 /// all one.
-pub(super) fn meeting_m<'a>(plots: impl Iterator<Item = &'a Plot>) -> Option<Vector2<f64>> {
+pub(super) fn meeting_m<'a>(plots: impl Iterator<Item = &'a Plot>) -> Option<Point2<f64>> {
     let (mut left, mut right, mut count) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
     for plot in plots {
         let beside = Matrix2::identity() - plot.axis * plot.axis.transpose();
         left += beside;
-        right += beside * plot.position_m;
+        right += beside * plot.position_m.coords;
         count += 1.0;
     }
     let least = left.symmetric_eigenvalues().min();
-    (least > LEAST_SPREAD * count).then(|| left.try_inverse().map(|inverse| inverse * right))?
+    (least > LEAST_SPREAD * count)
+        .then(|| left.try_inverse().map(|inverse| Point2::from(inverse * right)))?
 }
 
 /// All shared parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Shared {
-    sites: Vec<(SensorId, Option<Vector2<f64>>)>,
+    sites: Vec<(SensorId, Option<Point2<f64>>)>,
     /// Prior: mean and deviation.
     mean: Vec<f64>,
     scale: Vec<f64>,
@@ -77,7 +78,7 @@ pub(super) struct Shared {
 
 impl Shared {
     /// Of these radars, each where it stands if that is known; nothing seen yet.
-    pub(super) fn new(sites: Vec<(SensorId, Option<Vector2<f64>>)>, law: &EchoLaw) -> Self {
+    pub(super) fn new(sites: Vec<(SensorId, Option<Point2<f64>>)>, law: &EchoLaw) -> Self {
         let n = OF_SITE * sites.len() + OF_ECHO;
         let (mut mean, mut scale) = (vec![0.0; n], vec![1.0; n]);
         for site in 0..sites.len() {
@@ -101,7 +102,7 @@ impl Shared {
     }
 
     /// Where a radar stands, m.
-    pub(super) fn site_m(&self, sensor: SensorId) -> Option<Vector2<f64>> {
+    pub(super) fn site_m(&self, sensor: SensorId) -> Option<Point2<f64>> {
         self.sites.iter().find(|s| s.0 == sensor)?.1
     }
 
@@ -177,7 +178,7 @@ impl Shared {
 
     /// The errors of all radars.
     pub(super) fn sites(&self) -> Vec<SiteFound> {
-        let of = |(site, (sensor, _)): (usize, &(SensorId, Option<Vector2<f64>>))| SiteFound {
+        let of = |(site, (sensor, _)): (usize, &(SensorId, Option<Point2<f64>>))| SiteFound {
             sensor: *sensor,
             range_m: self.found(OF_SITE * site),
             azimuth_rad: self.found(OF_SITE * site + 1),
@@ -244,7 +245,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     fn one_site() -> Shared {
-        Shared::new(vec![(SensorId(4), Some(Vector2::new(1.0, 2.0)))], &EchoLaw::default())
+        Shared::new(vec![(SensorId(4), Some(Point2::new(1.0, 2.0)))], &EchoLaw::default())
     }
 
     /// What targets say of five parameters: three errors of a site, that go together a little, and two of echoes.
@@ -301,7 +302,7 @@ mod tests {
             (shared.count(), shared.site(SensorId(4)), shared.site(SensorId(5))),
             (5, Some(0), None)
         );
-        assert_eq!(shared.site_m(SensorId(4)), Some(Vector2::new(1.0, 2.0)));
+        assert_eq!(shared.site_m(SensorId(4)), Some(Point2::new(1.0, 2.0)));
         for k in 0..5 {
             shared.estimate[k] = 0.5;
             for j in 0..5 {
@@ -343,7 +344,7 @@ mod tests {
 
     #[test]
     fn lines_of_sight_meet_where_the_radar_stands_unless_they_are_one() {
-        let site = Vector2::new(-40.0, 700.0);
+        let site = Point2::new(-40.0, 700.0);
         let seen = |degrees: f64| {
             let (sin, cos) = libm::sincos(degrees.to_radians());
             let axis = Vector2::new(cos, sin);

@@ -9,7 +9,7 @@ mod learning;
 use super::gathered::Gathered;
 use super::linear::{Forwards, MOTION, Moment, Row, Smoothed, Start};
 use super::shared::{OF_ECHO, OF_SITE, Shared};
-use crate::frames::{Matrix2, Vector2};
+use crate::frames::{Matrix2, Point2, Vector2};
 use crate::fusion::config::TrackingConfig;
 use crate::fusion::near_side::{self, EchoLaw};
 use crate::plot::{Plot, SensorId};
@@ -72,7 +72,7 @@ pub(super) struct Target<'a> {
     moves: Vec<bool>,
     velocity: Vec<Vector2<f64>>,
     /// Empty before anything is known.
-    position: Vec<Vector2<f64>>,
+    position: Vec<Point2<f64>>,
     course: Vec<Option<Vector2<f64>>>,
     /// Of each plot.
     weights: Vec<f64>,
@@ -265,7 +265,7 @@ impl<'a> Target<'a> {
                 (Some(echo), _) => echo.sigma_m[side],
                 (None, _) => (share * stated[side]).sqrt(),
             };
-            let mut z = u.dot(&plot.position_m);
+            let mut z = u.dot(&plot.position_m.coords);
             let mut own = Vec::new();
             if let Some(echo) = &echo {
                 if side == 0 {

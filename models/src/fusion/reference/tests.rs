@@ -5,6 +5,7 @@ use super::*;
 use crate::filter::consistency::nees_of;
 use crate::filter::testing::{by_radar, drawn, plot_at, slower, stops_and_goes};
 use crate::flight_list::{FlightEntry, MovementKind};
+use crate::frames::Point2;
 use crate::fusion::config::{SensorModel, TypeSize};
 use crate::fusion::near_side::{Body, EchoLaw, half_extents_m};
 use crate::plot::{Identity, SensorKind};
@@ -23,7 +24,7 @@ struct Mover {
     kind: &'static str,
     body: Body,
     reports: bool,
-    way: fn(f64) -> Vector2<f64>,
+    way: fn(f64) -> Point2<f64>,
 }
 
 /// Goes to and fro between 0 and 1, with a stop of a fifth of the time at either end and without a jump of the velocity.
@@ -41,14 +42,14 @@ const MOVERS: [Mover; 3] = [
         kind: "CAR",
         body: CAR,
         reports: true,
-        way: |t| Vector2::new(-700.0 + 1400.0 * swing(t, 260.0), 900.0 + 30.0 * swing(t, 260.0)),
+        way: |t| Point2::new(-700.0 + 1400.0 * swing(t, 260.0), 900.0 + 30.0 * swing(t, 260.0)),
     },
     Mover {
         name: "FIRE1",
         kind: "FIRE",
         body: FIRE,
         reports: true,
-        way: |t| Vector2::new(1500.0 + 200.0 * swing(t, 170.0), -900.0 + 1600.0 * swing(t, 300.0)),
+        way: |t| Point2::new(1500.0 + 200.0 * swing(t, 170.0), -900.0 + 1600.0 * swing(t, 300.0)),
     },
     Mover {
         name: "SWR1",
@@ -57,7 +58,7 @@ const MOVERS: [Mover; 3] = [
         reports: false,
         way: |t| {
             let turn = 0.35 * libm::sin(t / 60.0);
-            Vector2::new(-1500.0 + 9.0 * t.min(420.0), 400.0 + 300.0 * turn)
+            Point2::new(-1500.0 + 9.0 * t.min(420.0), 400.0 + 300.0 * turn)
         },
     },
 ];
@@ -66,7 +67,7 @@ fn draw(seed: u64, sensor: u32, entity: usize, scan: u64) -> Vector2<f64> {
     drawn(seed, sensor, entity as u64, scan)
 }
 
-fn plot(sensor: u16, kind: SensorKind, t: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
+fn plot(sensor: u16, kind: SensorKind, t: f64, position_m: Point2<f64>, variance: f64) -> Plot {
     let own = plot_at(t, position_m.x, position_m.y, variance);
     Plot { sensor: SensorId(sensor), kind, axis: Vector2::new(0.0, 1.0), ..own }
 }
@@ -77,15 +78,15 @@ fn echo(mover: &Mover, n: usize, t: f64, seed: u64, errors: Errors) -> Plot {
     let (at, before) = ((mover.way)(shown), (mover.way)(shown - 1.0));
     let moved = at - before;
     let course = if moved.norm() > 0.1 { moved.normalize() } else { Vector2::new(1.0, 0.0) };
-    let (distance, sigma) = (at.norm(), if mover.body.vehicle { 0.8 } else { 2.6 });
-    let axis = at / distance;
+    let (distance, sigma) = (at.coords.norm(), if mover.body.vehicle { 0.8 } else { 2.6 });
+    let axis = at.coords / distance;
     let offset =
         EchoLaw::default().of(&mover.body).offset_m(half_extents_m(&mover.body, axis, course));
     let noise = draw(seed, 1, n, (t * 100.0) as u64);
     let range_m = distance - offset + errors[0] + sigma * noise.x;
     let azimuth_rad = libm::atan2(at.x, at.y) + errors[1] + sigma * noise.y / distance;
     let axis = Vector2::new(libm::sin(azimuth_rad), libm::cos(azimuth_rad));
-    let own = plot(1, SensorKind::Asde, t, axis * range_m, 0.0);
+    let own = plot(1, SensorKind::Asde, t, (axis * range_m).into(), 0.0);
     Plot { sequence: n as u32, ..by_radar(own, [2.6 * 2.6; 2]) }
 }
 
@@ -224,7 +225,7 @@ fn gaps_copies_wild_plots_and_nonsense_do_no_harm() {
         plots.push(first); // the same plot again
         match k % 50 {
             10 => {
-                plots.push(Plot { position_m: Vector2::new(f64::NAN, 0.0), sequence: 90, ..first })
+                plots.push(Plot { position_m: Point2::new(f64::NAN, 0.0), sequence: 90, ..first })
             }
             20 => plots.push(Plot { along_m2: -1.0, sequence: 91, ..first }),
             30 => plots.push(Plot { time: end.plus_s(100.0), sequence: 92, ..first }),
@@ -428,7 +429,7 @@ fn said(
     kind: SensorKind,
     name: &str,
     t: f64,
-    at_m: Vector2<f64>,
+    at_m: Point2<f64>,
     variance: f64,
 ) -> Plot {
     let name = Some(Identity::Callsign(Callsign::new(name)));
@@ -440,7 +441,7 @@ fn said(
 #[test]
 fn what_stands_near_a_radar_for_long_is_where_it_stands() {
     let stand = |body, way| Mover { name: "JET1", kind: "A320", body, reports: true, way };
-    let near = stand(JET, |_| Vector2::new(80.0, -110.0));
+    let near = stand(JET, |_| Point2::new(80.0, -110.0));
     let keep = libm::exp(-5.0 / 300.0f64);
     let mut slow = draw(31, 3, 0, 0);
     let all: Vec<(SimTime, Vec<Plot>)> = (1..=1_500u32)
@@ -468,7 +469,7 @@ fn what_stands_near_a_radar_for_long_is_where_it_stands() {
 /// aircraft report by ADS-B), on line and off.
 #[test]
 fn who_flies_teaches_nothing_of_a_radar() {
-    let final_m = |n: u32, t: f64| Vector2::new(7_000.0 - 75.0 * (t - 100.0 * f64::from(n)), 300.0);
+    let final_m = |n: u32, t: f64| Point2::new(7_000.0 - 75.0 * (t - 100.0 * f64::from(n)), 300.0);
     let name = |n: u32| format!("FLY{n}");
     let all: Vec<(SimTime, Vec<Plot>)> = (1..=560u32)
         .map(|k| {
@@ -478,7 +479,7 @@ fn who_flies_teaches_nothing_of_a_radar() {
                 let t = end - 0.6;
                 let noise = draw(32, 1, 0, k.into());
                 let at = final_m(n, t);
-                let axis = at.normalize();
+                let axis = at.coords.normalize();
                 let across = Vector2::new(axis.y, -axis.x);
                 let place = at + axis * (6.0 + 2.0 * noise.x) + across * (2.0 * noise.y);
                 let seen = plot(1, SensorKind::Asde, t, place, 0.0);
@@ -506,7 +507,7 @@ fn who_flies_teaches_nothing_of_a_radar() {
 /// Reports of a target that drives and stops are late by the same 0.22 s; beside them a radar without errors.
 #[test]
 fn what_reports_are_late_by_is_found_off_line() {
-    let place = |t: f64| Vector2::new(-1_200.0 + stops_and_goes(t), 500.0);
+    let place = |t: f64| Point2::new(-1_200.0 + stops_and_goes(t), 500.0);
     let all: Vec<(SimTime, Vec<Plot>)> = (1..=200u32)
         .map(|k| {
             let end = f64::from(k);
@@ -558,7 +559,7 @@ fn two_stays_of_one_name_are_two_trajectories() {
 
 #[test]
 fn a_radar_stands_where_its_lines_of_sight_meet_if_they_do() {
-    let site_m = Vector2::new(120.0, -40.0);
+    let site_m = Point2::new(120.0, -40.0);
     let seen = |turn: f64, range_m: f64| {
         let axis = Vector2::new(libm::sin(turn), libm::cos(turn));
         Plot { axis, ..plot(1, SensorKind::Asde, 1.0, site_m + axis * range_m, 1.0) }
@@ -574,7 +575,7 @@ fn a_radar_stands_where_its_lines_of_sight_meet_if_they_do() {
 /// At 0.2 m/s a car is slower than what stands may be, but its reports pull at a place that stays.
 #[test]
 fn what_creeps_does_not_stand() {
-    let way = |t: f64| Vector2::new(300.0 + 0.2 * (t - 60.0).clamp(0.0, 120.0), 400.0);
+    let way = |t: f64| Point2::new(300.0 + 0.2 * (t - 60.0).clamp(0.0, 120.0), 400.0);
     let all: Vec<(SimTime, Vec<Plot>)> = (1..=240u32)
         .map(|k| {
             let t = f64::from(k) - 0.3;
@@ -601,7 +602,7 @@ fn what_the_echoes_of_a_standing_target_lie_off_is_not_averaged_away() {
         kind: "A320",
         body: JET,
         reports: true,
-        way: |_| Vector2::new(900.0, 500.0),
+        way: |_| Point2::new(900.0, 500.0),
     };
     let keep = libm::exp(-5.0 / 300.0f64);
     let mut slow = draw(51, 3, 9, 0);
@@ -622,7 +623,7 @@ fn what_the_echoes_of_a_standing_target_lie_off_is_not_averaged_away() {
     };
     let only = run.trajectories.iter().find(own).expect("followed");
     let at = only.at(SimTime::from_s(600.0)).expect("there");
-    let sight = (near.way)(0.0).normalize();
+    let sight = (near.way)(0.0).coords.normalize();
     let along_m2 = (sight.transpose() * at.position_cov_m2 * sight)[(0, 0)];
     println!("{along_m2:.2} m² along the line of sight");
     // What echoes lie off is worth 2 m², the receiver over all the time 1.4 m²; echoes that wander every 100 s would be worth 0.3 m² by then.
@@ -632,7 +633,7 @@ fn what_the_echoes_of_a_standing_target_lie_off_is_not_averaged_away() {
 /// One plot 2 m off among plots of 0.3 m: the way bends by a fraction of what a plot of full weight would do.
 #[test]
 fn one_wild_plot_hardly_bends_a_way() {
-    let way = |t: f64| Vector2::new(4.0 * t, 300.0 + 2.0 * t);
+    let way = |t: f64| Point2::new(4.0 * t, 300.0 + 2.0 * t);
     let all = |off_m: f64| -> Vec<(SimTime, Vec<Plot>)> {
         (1..=120u32)
             .map(|k| {
@@ -665,7 +666,7 @@ fn one_wild_plot_hardly_bends_a_way() {
 fn what_stands_may_move_already_at_either_end() {
     let way = |t: f64| {
         let (before, after) = ((20.0 - t).max(0.0), (t - 60.0).max(0.0));
-        Vector2::new(300.0 - 0.075 * before * before + 0.075 * after * after, 400.0)
+        Point2::new(300.0 - 0.075 * before * before + 0.075 * after * after, 400.0)
     };
     let all: Vec<(SimTime, Vec<Plot>)> = (1..=80u32)
         .map(|k| {

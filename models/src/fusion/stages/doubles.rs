@@ -10,7 +10,7 @@
 //! Source: sequential test of two hypotheses (Wald, "Sequential tests of statistical hypotheses", 1945); the chances are
 //! assumed.
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::fusion::config::TrackingConfig;
 use crate::fusion::size;
 use crate::fusion::state::{Statistics, Work};
@@ -139,8 +139,8 @@ fn accompany(
     tracks: &mut [Track],
     shown: &[SystemTrack],
     seen: &[u32],
-    positions: &[Vector2<f64>],
-    visit_near: impl FnOnce(Vector2<f64>, Vector2<f64>, &mut dyn FnMut(usize)),
+    positions: &[Point2<f64>],
+    visit_near: impl FnOnce(Point2<f64>, Point2<f64>, &mut dyn FnMut(usize)),
 ) {
     let position = positions[young];
     if shown[young].first {
@@ -234,8 +234,8 @@ const BESIDE_M: f64 = 2.0;
 /// Whether `point_m` lies on the body of `track` (its type known) or within `radius_m` of it.
 pub(in crate::fusion) fn on_body(
     track: &Track,
-    position_m: Vector2<f64>,
-    point_m: Vector2<f64>,
+    position_m: Point2<f64>,
+    point_m: Point2<f64>,
     radius_m: f64,
 ) -> bool {
     let offset = point_m - position_m;

@@ -8,7 +8,7 @@
 use crate::association::grid::every;
 use crate::association::nearest::Pair;
 use crate::filter::{Measurement, Nis, Sym2, nis_at};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::fusion::buffers::{Crowd, Look, Reachable};
 use crate::fusion::config::SensorModel;
 use crate::fusion::filter::{TrackFilter, place_at, position_at};
@@ -29,10 +29,10 @@ const PLACES: usize = 512;
 
 /// Where a track may be at any time of a batch.
 pub(in crate::fusion) struct Box2 {
-    low: Vector2<f64>,
-    high: Vector2<f64>,
+    low: Point2<f64>,
+    high: Point2<f64>,
     /// Predicted position at the begin and the end of the batch; of a track of one plot, that plot's.
-    pub(in crate::fusion) ends: [Vector2<f64>; 2],
+    pub(in crate::fusion) ends: [Point2<f64>; 2],
     /// Covariance at the end.
     cov: Sym2,
     /// A track of one plot: how fast it may be, m/s.
@@ -333,7 +333,7 @@ pub(in crate::fusion) fn lay_out(from: usize, to: usize, work: &mut Work) {
 #[derive(Clone, Copy, Debug)]
 struct Departed {
     time: SimTime,
-    position_m: Vector2<f64>,
+    position_m: Point2<f64>,
     speed_mps: f64,
     /// Traces of the covariances of position, position with velocity, and velocity.
     pp: f64,
@@ -455,7 +455,7 @@ mod tests {
             // All that is uncertain lies straight ahead.
             let (pp, pv, vv, r) = (1.0 + of(5, 4), 0.2, 0.1 + 0.3 * of(7, 3), 2.0 + of(3, 9));
             let from =
-                Departed { time: SimTime(0), position_m: Vector2::zeros(), speed_mps, pp, pv, vv };
+                Departed { time: SimTime(0), position_m: Point2::origin(), speed_mps, pp, pv, vv };
             let way = (speed_mps + 2.0 * dt_s) * dt_s;
             let spread = (limit * (pp + dt_s * (2.0 * pv + dt_s * vv) + r)).sqrt();
             for share in [0.5, 0.97, 0.999, 1.001, 1.03, 1.5] {
@@ -466,11 +466,11 @@ mod tests {
                 (covariance[(0, 2)], covariance[(2, 0)]) = (pv, pv);
                 covariance[(2, 2)] = vv;
                 let target = Departure {
-                    position_m: Vector2::zeros(),
+                    position_m: Point2::origin(),
                     velocity_mps: Vector2::new(speed_mps, 0.0),
                     covariance,
                 };
-                let ahead = Vector2::new(distance, 0.0);
+                let ahead = Point2::new(distance, 0.0);
                 let cov = Matrix2::new(r, 0.0, 0.0, 1e-3);
                 let exact = reach(&limits, &target, dt_s, ahead, cov).expect("sound").m;
                 assert!(!out || exact > limit, "{case} {share}: {exact}");

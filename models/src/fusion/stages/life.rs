@@ -2,7 +2,7 @@
 
 use crate::filter::Estimate;
 use crate::flight_list::FlightList;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::fusion::config::{Life, TrackingConfig};
 use crate::fusion::filter::predict;
 use crate::fusion::numbers::Numbers;
@@ -242,7 +242,7 @@ fn drop_if_lost(
     }
     let at_stand = || {
         let radius = config.labels.stand_radius_m;
-        let near = |stand: Vector2<f64>| (stand - position).norm() <= radius;
+        let near = |stand: Point2<f64>| (stand - position).norm() <= radius;
         flights.entries.iter().filter_map(|e| e.stand_m).any(near)
     };
     let standing = velocity.norm() < 1.0 || at_stand();
@@ -290,7 +290,7 @@ mod tests {
     fn a_track_is_too_wide_by_its_longer_axis() {
         let is = |xx: f64, xy: f64, yy: f64| {
             let r = Sym2 { xx, xy, yy };
-            let state = Gaussian::at_position(Vector2::zeros(), r, 1.0, 0.1);
+            let state = Gaussian::at_position(Point2::origin(), r, 1.0, 0.1);
             widened(&Estimate::new(SimTime::ZERO, state), 60.0)
         };
         let edge = (60.0f64 / 2.447_747).powi(2);

@@ -4,7 +4,7 @@ use super::*;
 use crate::plot::{Callsign, Identity};
 
 /// A radar plot of both coordinates with `sigma_m` per axis.
-fn plot_at(position_m: Vector2<f64>, t_s: f64, sequence: usize, sigma_m: f64) -> Plot {
+fn plot_at(position_m: Point2<f64>, t_s: f64, sequence: usize, sigma_m: f64) -> Plot {
     Plot {
         sensor: SensorId(1),
         kind: SensorKind::Asde,
@@ -22,7 +22,7 @@ fn plot_at(position_m: Vector2<f64>, t_s: f64, sequence: usize, sigma_m: f64) ->
 }
 
 /// Plots of scan `k` of targets at `truth`, each with an error of `sigma_m` per axis.
-fn plots(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Vector2<f64>) -> Vec<Plot> {
+fn plots(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Point2<f64>) -> Vec<Plot> {
     let mut rng = DrawKey { run_seed: 7, sensor: 1, entity: 0, scan: k.into() }.rng(Purpose::Study);
     (0..n)
         .map(|i| {
@@ -33,20 +33,20 @@ fn plots(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Vector2<f
         .collect()
 }
 
-fn cloud(_: usize, _: f64) -> Vector2<f64> {
-    Vector2::new(10.0, 20.0)
+fn cloud(_: usize, _: f64) -> Point2<f64> {
+    Point2::new(10.0, 20.0)
 }
 
-fn on_grid(i: usize, _: f64) -> Vector2<f64> {
-    Vector2::new((i % 32) as f64, (i / 32) as f64) * 12.0
+fn on_grid(i: usize, _: f64) -> Point2<f64> {
+    Point2::new((i % 32) as f64, (i / 32) as f64) * 12.0
 }
 
 /// 25 targets on a square kilometre, moving apart at 10 m/s.
-fn airport(n: usize) -> impl Fn(usize, f64) -> Vector2<f64> {
+fn airport(n: usize) -> impl Fn(usize, f64) -> Point2<f64> {
     let columns = (n as f64).sqrt().ceil() as usize;
     move |i, t| {
         let angle = i as f64 * 2.4;
-        Vector2::new((i % columns) as f64, (i / columns) as f64) * 200.0
+        Point2::new((i % columns) as f64, (i / columns) as f64) * 200.0
             + Vector2::new(libm::cos(angle), libm::sin(angle)) * 10.0 * t
     }
 }
@@ -88,7 +88,7 @@ const WHOLE: u64 = 10_000_000;
 
 #[test]
 fn a_thousand_echoes_on_a_metre_or_a_tight_grid_cost_what_a_scan_may_cost() {
-    type Scene = (&'static str, usize, f64, fn(usize, f64) -> Vector2<f64>, usize);
+    type Scene = (&'static str, usize, f64, fn(usize, f64) -> Point2<f64>, usize);
     let scenes: [Scene; 4] = [
         ("a metre", 1000, 1.0, cloud, 900),
         ("12 m grid, 3 m errors", 1024, 3.0, on_grid, 920),

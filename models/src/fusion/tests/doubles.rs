@@ -5,7 +5,7 @@ use crate::filter::Gaussian;
 use crate::filter::Sym2;
 use crate::plot::{Callsign, Identity};
 
-fn at(t: f64, sequence: u32, position_m: Vector2<f64>) -> Plot {
+fn at(t: f64, sequence: u32, position_m: Point2<f64>) -> Plot {
     Plot {
         sensor: SensorId(1),
         kind: SensorKind::Asde,
@@ -31,7 +31,7 @@ fn vehicles_parked_side_by_side_keep_a_track_each() {
         for seed in [71, 72, 73] {
             let radar = tower(seed, 0.95, 1);
             let paths: Vec<Box<Path>> = [(400.0, 310.0), (411.0, 310.0), (700.0, 100.0)]
-                .map(|(x, y)| drive(Vector2::new(x, y), 0.0, 0.0, &[(0.1, 0.0, 0.0)]))
+                .map(|(x, y)| drive(Point2::new(x, y), 0.0, 0.0, &[(0.1, 0.0, 0.0)]))
                 .into();
             let run = run(config.clone(), &radar, &paths, &FlightList::default(), 300);
             let ended = run.tracker.statistics().merged;
@@ -67,8 +67,8 @@ fn a_car_that_came_to_lead_an_aircraft_keeps_its_track() {
                 let mut rng = DrawKey { run_seed: 74, sensor: 1, entity: 0, scan: k.into() }
                     .rng(Purpose::Study);
                 let mut error = || Vector2::from(<[f64; 2]>::from(normal_pair(&mut rng))) * 0.8;
-                let aircraft = Vector2::new(0.0, 8.0 * t);
-                let car = Vector2::new(6.0 + 150.0 * (1.0 - t / 20.0).max(0.0), 8.0 * t);
+                let aircraft = Point2::new(0.0, 8.0 * t);
+                let car = Point2::new(6.0 + 150.0 * (1.0 - t / 20.0).max(0.0), 8.0 * t);
                 let mut plots =
                     vec![at(t - 0.6, 0, aircraft + error()), at(t - 0.5, 1, car + error())];
                 if named {
@@ -91,12 +91,12 @@ fn two_tracks_that_one_plot_a_look_feeds_become_one() {
     for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
         let mut tracker = Tracker::new(config);
         let r = Sym2 { xx: 2.0, xy: 0.0, yy: 2.0 };
-        let state = |x: f64| Gaussian::at_position(Vector2::new(x, 0.0), r, 1.0, 0.3);
+        let state = |x: f64| Gaussian::at_position(Point2::new(x, 0.0), r, 1.0, 0.3);
         assert_eq!(tracker.adopt(SimTime::from_s(0.0), &[state(0.0), state(3.0)]), 2);
         let mut left = Vec::new();
         for k in 1..=12u32 {
             let t = f64::from(k);
-            let plot = at(t - 0.5, 0, Vector2::new(if k % 2 == 0 { 0.5 } else { 2.5 }, 0.0));
+            let plot = at(t - 0.5, 0, Point2::new(if k % 2 == 0 { 0.5 } else { 2.5 }, 0.0));
             let tracks = tracker.scan(SimTime::from_s(t), &[plot], &FlightList::default());
             left.push(tracks.iter().filter(|t| t.status != TrackStatus::Last).count());
         }
@@ -112,11 +112,11 @@ fn looks_that_tell_two_apart_are_counted_against_those_that_do_not() {
     let looks = |apart: u32| {
         let mut tracker = Tracker::new(TrackingConfig::paper());
         let r = Sym2 { xx: 2.0, xy: 0.0, yy: 2.0 };
-        let state = |x: f64| Gaussian::at_position(Vector2::new(x, 0.0), r, 1.0, 0.3);
+        let state = |x: f64| Gaussian::at_position(Point2::new(x, 0.0), r, 1.0, 0.3);
         assert_eq!(tracker.adopt(SimTime::from_s(0.0), &[state(0.0), state(3.0)]), 2);
         for k in 1..=30u32 {
             let t = f64::from(k);
-            let place = |x: f64, n: u32| at(t - 0.5, n, Vector2::new(x, 0.0));
+            let place = |x: f64, n: u32| at(t - 0.5, n, Point2::new(x, 0.0));
             let both = [place(0.0, 0), place(3.0, 1)];
             let one = [place(if k % 2 == 0 { 0.5 } else { 2.5 }, 0)];
             let plots = if k <= apart { &both[..] } else { &one[..] };
@@ -138,9 +138,9 @@ fn looks_that_tell_two_apart_are_counted_against_those_that_do_not() {
 fn what_lies_on_a_body_lies_along_its_nose() {
     use super::super::stages::doubles::on_body;
     let mut tracker = Tracker::new(TrackingConfig::paper());
-    tracker.scan(SimTime::from_s(1.0), &[at(0.5, 0, Vector2::zeros())], &FlightList::default());
+    tracker.scan(SimTime::from_s(1.0), &[at(0.5, 0, Point2::origin())], &FlightList::default());
     let track = &mut tracker.tracks[0];
-    let place = Vector2::new(30.0, -70.0);
+    let place = Point2::new(30.0, -70.0);
     track.size_m = Some((40.0, 10.0));
     for degrees in [0.0_f64, 30.0, 90.0, 135.0, 260.0] {
         track.heading_rad = degrees.to_radians();

@@ -21,8 +21,8 @@ fn echo(site: Site, kind: Kind, n: usize, k: u32, path: &Path) -> Plot {
     let t = f64::from(k) - 0.7 + 0.05 * n as f64;
     // A late stamp: the plot shows where the target was.
     let (at, before) = (path(t - site.2).expect("moves"), path(t - site.2 - 0.1).expect("moves"));
-    let (course, distance) = ((at - before).normalize(), at.norm());
-    let axis = at / distance;
+    let (course, distance) = ((at - before).normalize(), at.coords.norm());
+    let axis = at.coords / distance;
     let offset = EchoLaw::default().of(&kind.0).offset_m(half_extents_m(&kind.0, axis, course));
     let key = DrawKey { run_seed: 11, sensor: 1, entity: n as u64, scan: k.into() };
     let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
@@ -35,7 +35,7 @@ fn echo(site: Site, kind: Kind, n: usize, k: u32, path: &Path) -> Plot {
         kind: SensorKind::Asde,
         time: SimTime::from_s(t),
         sequence: n as u32,
-        position_m: axis * range_m,
+        position_m: (axis * range_m).into(),
         axis,
         along_m2: sigma * sigma,
         across_m2: sigma * sigma,
@@ -87,10 +87,10 @@ fn watch(config: &TrackingConfig, site: Site) -> Watched {
     let turn =
         |rate: f64| [(100.0, 0.0, 0.0), (60.0, 0.0, rate), (200.0, 0.0, -rate), (400.0, 0.0, rate)];
     let paths = [
-        drive(Vector2::new(700.0, 300.0), 0.7, 8.0, &turn(0.02)),
-        drive(Vector2::new(-600.0, -500.0), 4.0, 9.0, &turn(-0.025)),
-        drive(Vector2::new(-900.0, 900.0), 2.0, 6.0, &turn(0.015)),
-        drive(Vector2::new(1200.0, -900.0), 5.0, 5.0, &turn(-0.012)),
+        drive(Point2::new(700.0, 300.0), 0.7, 8.0, &turn(0.02)),
+        drive(Point2::new(-600.0, -500.0), 4.0, 9.0, &turn(-0.025)),
+        drive(Point2::new(-900.0, 900.0), 2.0, 6.0, &turn(0.015)),
+        drive(Point2::new(1200.0, -900.0), 5.0, 5.0, &turn(-0.012)),
     ];
     let mut tracker = Tracker::new(config);
     let mut slow = [Vector2::zeros(); 2];
@@ -133,7 +133,7 @@ fn watch(config: &TrackingConfig, site: Site) -> Watched {
             };
             let e = track.position_m - truth;
             nees[n] += crate::filter::consistency::nees_of(&track.position_cov_m2, e);
-            along[n] += e.dot(&(truth / truth.norm()));
+            along[n] += e.dot(&(truth.coords / truth.coords.norm()));
             counts[n] += 1.0;
             if n >= 2 {
                 squares += e.norm_squared();
@@ -219,7 +219,7 @@ fn rolls(config: &TrackingConfig) -> (f64, Tracker) {
     let mut tracker = Tracker::new(config);
     let pushed = |n: usize, t: f64| {
         let gone = 1.5 * (t - 20.0 - 15.0 * n as f64).clamp(0.0, 60.0);
-        Vector2::new(500.0 + 90.0 * n as f64, -300.0 - 40.0 * n as f64)
+        Point2::new(500.0 + 90.0 * n as f64, -300.0 - 40.0 * n as f64)
             + Vector2::new(0.6, 0.8) * gone
     };
     let roll = |n: usize, t: f64| {
@@ -227,7 +227,7 @@ fn rolls(config: &TrackingConfig) -> (f64, Tracker) {
         let gone = 1.2 * since.clamp(0.0, 32.0).powi(2) + 76.8 * (since - 32.0).max(0.0);
         (-50.0..50.0)
             .contains(&since)
-            .then(|| Vector2::new(-1500.0, 300.0) + Vector2::new(0.8, 0.6) * gone)
+            .then(|| Point2::new(-1500.0, 300.0) + Vector2::new(0.8, 0.6) * gone)
     };
     let mut worst_m: f64 = 0.0;
     for k in 1..=800_u32 {
@@ -239,10 +239,10 @@ fn rolls(config: &TrackingConfig) -> (f64, Tracker) {
             let ((a, b), (c, d)) = (normal_pair(&mut rng), normal_pair(&mut rng));
             let (heard, seen) = (f64::from(k) - 0.9, f64::from(k) - 0.5 + 0.03 * n as f64);
             if let Some(at) = path(seen) {
-                let axis = at / at.norm();
+                let axis = at.coords / at.coords.norm();
                 let off = axis * -2.4 + Vector2::new(-axis.y, axis.x) * 1.5;
                 let at = at + off + Vector2::new(a, b) * 2.4;
-                let (range_m, azimuth_rad) = (at.norm(), libm::atan2(at.x, at.y));
+                let (range_m, azimuth_rad) = (at.coords.norm(), libm::atan2(at.x, at.y));
                 let polar = Polar {
                     range_m,
                     azimuth_rad,
@@ -256,7 +256,7 @@ fn rolls(config: &TrackingConfig) -> (f64, Tracker) {
                     time: SimTime::from_s(seen),
                     sequence: n as u32,
                     position_m: at,
-                    axis: at / range_m,
+                    axis: at.coords / range_m,
                     along_m2: 6.25,
                     across_m2: 6.25,
                     altitude_m: None,

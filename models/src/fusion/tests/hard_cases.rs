@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::filter::{FilterConfig, Rung};
-use crate::frames::Matrix2;
+use crate::frames::{Matrix2, Point2};
 use crate::plot::{Callsign, Identity};
 use config::AssociationMethod;
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ pub(super) fn plot(t_s: f64, sequence: u32, x: f64, y: f64) -> Plot {
         kind: SensorKind::Asde,
         time: SimTime::from_s(t_s),
         sequence,
-        position_m: Vector2::new(x, y),
+        position_m: Point2::new(x, y),
         axis: Vector2::new(1.0, 0.0),
         along_m2: 2.0,
         across_m2: 3.0,
@@ -36,7 +36,7 @@ fn methods() -> [TrackingConfig; 3] {
 fn assert_sound(name: &str, tracks: &[SystemTrack]) {
     for track in tracks {
         let p = track.position_cov_m2;
-        let numbers = [track.position_m, track.velocity_mps, track.acceleration_ms2];
+        let numbers = [track.position_m.coords, track.velocity_mps, track.acceleration_ms2];
         assert!(numbers.iter().all(|v| v.iter().all(|x| x.is_finite())), "{name}: {track:?}");
         assert!(track.heading_rad >= 0.0 && track.heading_rad < std::f64::consts::TAU, "{name}");
         assert!(p.iter().all(|x| x.is_finite()) && p == p.transpose(), "{name}: {p}");
@@ -51,9 +51,9 @@ fn unsound_plots_are_counted_and_leave_no_trace() {
     let good = plot(0.5, 0, 10.0, 20.0);
     let nan = f64::NAN;
     for (name, bad) in [
-        ("NaN position", Plot { position_m: Vector2::new(nan, 0.0), ..good }),
-        ("infinite position", Plot { position_m: Vector2::new(f64::INFINITY, 0.0), ..good }),
-        ("beyond the earth", Plot { position_m: Vector2::new(1e300, 0.0), ..good }),
+        ("NaN position", Plot { position_m: Point2::new(nan, 0.0), ..good }),
+        ("infinite position", Plot { position_m: Point2::new(f64::INFINITY, 0.0), ..good }),
+        ("beyond the earth", Plot { position_m: Point2::new(1e300, 0.0), ..good }),
         ("negative variance", Plot { along_m2: -1.0, ..good }),
         ("NaN variance", Plot { across_m2: nan, ..good }),
         ("infinite along", Plot { along_m2: f64::INFINITY, ..good }),
@@ -218,7 +218,7 @@ fn a_minute_without_plots_ends_a_track_with_one_last_message() {
         ended += tracks.iter().filter(|t| t.status == TrackStatus::Last).count();
         // Straight on while it coasts.
         for track in tracks.iter().filter(|_| k > 20) {
-            assert!((track.position_m - Vector2::new(10.0 * t, 0.0)).norm() < 5.0, "{k}");
+            assert!((track.position_m - Point2::new(10.0 * t, 0.0)).norm() < 5.0, "{k}");
         }
     }
     assert_eq!(ended, 1);
@@ -325,12 +325,12 @@ fn when_numbers_run_out_confirmations_are_refused_and_counted() {
 fn an_hour_parked_is_one_track_that_stands() {
     let radar = tower(9, 0.9, 1);
     let paths: Vec<Box<Path>> =
-        vec![drive(Vector2::new(640.0, 380.0), 0.0, 0.0, &[(0.1, 0.0, 0.0)])];
+        vec![drive(Point2::new(640.0, 380.0), 0.0, 0.0, &[(0.1, 0.0, 0.0)])];
     let run = run(TrackingConfig::paper(), &radar, &paths, &FlightList::default(), 3600);
     assert_eq!(run.numbers_near[0].len(), 1, "{:?}", run.numbers_near);
     assert_eq!(run.missing[0], 0);
     let track = run.last.iter().min_by(|a, b| {
-        let from = |t: &SystemTrack| (t.position_m - Vector2::new(640.0, 380.0)).norm();
+        let from = |t: &SystemTrack| (t.position_m - Point2::new(640.0, 380.0)).norm();
         from(a).total_cmp(&from(b))
     });
     assert!(track.expect("parked").speed_mps() < 1.0);
@@ -408,7 +408,7 @@ fn a_state_that_is_no_covariance_is_counted_and_begun_again_and_never_used() {
                     assert_sound(&case, &tracks);
                     assert_eq!(tracks.len(), 1, "{case} {k}");
                     assert_eq!(tracks[0].number, number, "{case} {k}");
-                    let off = tracks[0].position_m - Vector2::new(10.0 * f64::from(k) + 5.0, 0.0);
+                    let off = tracks[0].position_m - Point2::new(10.0 * f64::from(k) + 5.0, 0.0);
                     assert!(off.norm() < 60.0, "{case} {k}: {off}");
                 }
                 assert_eq!(tracker.statistics().not_positive_definite, 1, "{case}");
@@ -417,7 +417,7 @@ fn a_state_that_is_no_covariance_is_counted_and_begun_again_and_never_used() {
     }
     let mut tracker = Tracker::new(TrackingConfig::paper());
     let r = crate::filter::Sym2 { xx: 1.0, xy: 2.0, yy: 1.0 };
-    let state = crate::filter::Gaussian::at_position(Vector2::zeros(), r, 50.0, 3.0);
+    let state = crate::filter::Gaussian::at_position(Point2::origin(), r, 50.0, 3.0);
     assert_eq!(tracker.adopt(SimTime::ZERO, &[state]), 0, "none of that kind is taken over");
 }
 
@@ -442,7 +442,7 @@ fn any_plot() -> impl Strategy<Value = Plot> {
                     [sensor as usize],
                 time: SimTime::from_s(t),
                 sequence,
-                position_m: Vector2::new(x, y),
+                position_m: Point2::new(x, y),
                 axis: Vector2::new(libm::cos(angle), libm::sin(angle)),
                 along_m2: along,
                 across_m2: across,
@@ -483,11 +483,11 @@ proptest! {
         let mut tracker = Tracker::new(config);
         let flights = FlightList {
             entries: ["ABC", "ABD"].map(|name| FlightEntry {
-                stand_m: Some(Vector2::new(100.0, 100.0)),
+                stand_m: Some(Point2::new(100.0, 100.0)),
                 off_block: Some(SimTime::from_s(2.0)),
                 ..super::labelled::entry(name, "A320", MovementKind::Departure)
             }).to_vec(),
-            runways: vec![("28".to_owned(), [Vector2::zeros(), Vector2::new(0.0, 1000.0)])],
+            runways: vec![("28".to_owned(), [Point2::origin(), Point2::new(0.0, 1000.0)])],
         };
         let mut t = 0.0;
         for (k, (plots, step)) in scans.into_iter().enumerate() {
@@ -496,7 +496,7 @@ proptest! {
                 plots.iter().map(|p| Plot { time: SimTime::from_s(t + p.time.s()), ..*p }).collect();
             let tracks = tracker.scan(SimTime::from_s(t), &shifted, &flights);
             for track in &tracks {
-                let vectors = [track.position_m, track.velocity_mps, track.acceleration_ms2];
+                let vectors = [track.position_m.coords, track.velocity_mps, track.acceleration_ms2];
                 prop_assert!(vectors.iter().all(|v| v.iter().all(|x| x.is_finite())), "{:?}", track);
                 let covariances: [Matrix2<f64>; 2] = [track.position_cov_m2, track.velocity_cov_m2s2];
                 prop_assert!(covariances.iter().all(|c| c.iter().all(|x| x.is_finite())), "{:?}", track);
@@ -509,7 +509,7 @@ proptest! {
 
 #[test]
 fn two_sensors_a_moment_apart_are_as_good_as_at_one_instant_on_every_rung() {
-    let truth = |t: f64| Vector2::new(300.0 * libm::cos(0.03 * t), 300.0 * libm::sin(0.03 * t));
+    let truth = |t: f64| Point2::new(300.0 * libm::cos(0.03 * t), 300.0 * libm::sin(0.03 * t));
     let run = |rung: Rung, apart_s: f64| {
         let mut config = TrackingConfig::paper();
         config.filter = FilterConfig::new(rung);

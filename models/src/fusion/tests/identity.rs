@@ -2,6 +2,7 @@
 
 use super::labelled::entry;
 use super::*;
+use crate::frames::Point2;
 use crate::plot::{Callsign, Identity};
 use crate::track::SystemTrack;
 use config::TypeSize;
@@ -15,16 +16,16 @@ struct Mover {
 
 const LANDING: [f64; 2] = [-1500.0, 2500.0];
 /// Threshold of runway 28 (westward would be its name; the frame does not care).
-fn threshold() -> Vector2<f64> {
-    Vector2::new(LANDING[0], 600.0)
+fn threshold() -> Point2<f64> {
+    Point2::new(LANDING[0], 600.0)
 }
 
-fn stand(n: usize) -> Vector2<f64> {
-    Vector2::new(-400.0 + 55.0 * n as f64, 0.0)
+fn stand(n: usize) -> Point2<f64> {
+    Point2::new(-400.0 + 55.0 * n as f64, 0.0)
 }
 
 /// Stands for a while, then goes.
-fn waits(at: Vector2<f64>, until: f64, pieces: &[(f64, f64, f64)]) -> Box<Path> {
+fn waits(at: Point2<f64>, until: f64, pieces: &[(f64, f64, f64)]) -> Box<Path> {
     let mut all = vec![(until, 0.0, 0.0)];
     all.extend_from_slice(pieces);
     drive(at, 0.0, 0.0, &all)
@@ -100,7 +101,7 @@ fn scene(late_s: impl Fn(usize) -> f64) -> (Vec<Mover>, FlightList) {
         movers.push(Mover { path, size, line: None });
     }
     entries.sort_by_key(|e| e.callsign);
-    let far_end = Vector2::new(LANDING[1], 600.0);
+    let far_end = Point2::new(LANDING[1], 600.0);
     (movers, FlightList { entries, runways: vec![("28".to_owned(), [threshold(), far_end])] })
 }
 
@@ -223,7 +224,7 @@ fn who_lands_late_at_the_next_ones_time_is_not_called_by_its_name() {
         let eta_ctd = SimTime::from_s(listed_s);
         entries.push(FlightEntry { eta_ctd, ..entry(line, "A320", MovementKind::Arrival) });
     }
-    let far_end = Vector2::new(LANDING[1], 600.0);
+    let far_end = Point2::new(LANDING[1], 600.0);
     let flights = FlightList { entries, runways: vec![("28".to_owned(), [threshold(), far_end])] };
     let mut config = TrackingConfig::paper();
     config.sizes.push(TypeSize { designator: "A320".to_owned(), length_m: 37.6, span_m: 34.1 });
@@ -277,7 +278,7 @@ fn what_turns_out_otherwise_loses_its_label() {
 
 #[test]
 fn a_name_reported_far_off_neither_moves_its_track_nor_keeps_it() {
-    let path = drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(300.0, 0.0, 0.02)]);
+    let path = drive(Point2::new(0.0, 500.0), 1.0, 10.0, &[(300.0, 0.0, 0.02)]);
     let paths = [path];
     for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
         for (name, spoofed) in [("once", 60..61), ("twice", 60..62), ("a minute", 60..120)] {
@@ -338,9 +339,8 @@ fn a_name_reported_anywhere_else_moves_no_track() {
         for (n, off_m) in [80.0, 300.0, 2_000.0].into_iter().enumerate() {
             let turn = 2.1 * n as f64 + speed;
             let off = Vector2::new(libm::sin(turn), libm::cos(turn)) * off_m;
-            let path = drive(Vector2::new(-400.0, 900.0), 2.5, speed, &[(300.0, 0.0, -0.01)]);
-            let other =
-                drive(Vector2::new(-400.0, 900.0) + off, 2.5, speed, &[(300.0, 0.0, -0.01)]);
+            let path = drive(Point2::new(-400.0, 900.0), 2.5, speed, &[(300.0, 0.0, -0.01)]);
+            let other = drive(Point2::new(-400.0, 900.0) + off, 2.5, speed, &[(300.0, 0.0, -0.01)]);
             let paths = [path, other];
             for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
                 let run = |lies: bool| {
@@ -419,7 +419,7 @@ fn each_kind_of_evidence_tells_lines_apart() {
     assert!(own > lands_as(&line(departs, "28")) + 6.0, "who departs does not land");
     // What stands has come from the runway: it was listed longer ago.
     let mut stood = nothing.clone();
-    stood.stood_m = Some(Vector2::new(900.0, -900.0));
+    stood.stood_m = Some(Point2::new(900.0, -900.0));
     let arrived = |evidence| odds(evidence, &line(arrives, "28"), 400.0, 420.0);
     assert!(arrived(&nothing) > arrived(&stood) + 0.5);
     // Nobody is off his block minutes before his time.

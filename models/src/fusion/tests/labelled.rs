@@ -24,21 +24,21 @@ pub(super) fn entry(callsign: &str, designator: &str, movement: MovementKind) ->
 
 fn list(mut entries: Vec<FlightEntry>) -> FlightList {
     entries.sort_by_key(|e| e.callsign);
-    let runway = [Vector2::new(-700.0, 300.0), Vector2::new(1800.0, 300.0)];
-    let other = [Vector2::new(-1250.0, -205.0), Vector2::new(1600.0, -205.0)];
+    let runway = [Point2::new(-700.0, 300.0), Point2::new(1800.0, 300.0)];
+    let other = [Point2::new(-1250.0, -205.0), Point2::new(1600.0, -205.0)];
     FlightList { entries, runways: vec![("28".to_owned(), runway), ("10".to_owned(), other)] }
 }
 
 #[test]
 fn two_entries_that_fit_equally_well_give_no_label() {
     let at = |name: &str| FlightEntry {
-        stand_m: Some(Vector2::new(420.0, 312.0)),
+        stand_m: Some(Point2::new(420.0, 312.0)),
         off_block: Some(SimTime::from_s(100.0)),
         ..entry(name, "A320", MovementKind::Departure)
     };
     let radar = tower(4, 0.95, 0);
     let paths: Vec<Box<Path>> =
-        vec![drive(Vector2::new(420.0, 310.0), 0.0, 0.0, &[(1.0, 0.0, 0.0)])];
+        vec![drive(Point2::new(420.0, 310.0), 0.0, 0.0, &[(1.0, 0.0, 0.0)])];
     let run = run(TrackingConfig::paper(), &radar, &paths, &list(vec![at("A1"), at("A2")]), 20);
     assert_eq!(run.last.len(), 1);
     assert!(run.last[0].label.is_none() && run.last[0].track_type == TrackType::NotAssociated);
@@ -52,7 +52,7 @@ fn an_identity_labels_its_track_and_moves_with_the_nearer_one() {
         wake: None,
         ..entry("FOLLOW1", "FOLLOWME", MovementKind::Vehicle)
     }]);
-    let paths = [drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)])];
+    let paths = [drive(Point2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)])];
     let last = followed(&paths, &flights);
     assert_eq!(last.len(), 1, "one target, one track");
     assert_eq!(last[0].track_type, TrackType::Vehicle);
@@ -65,7 +65,7 @@ fn an_identity_labels_its_track_and_moves_with_the_nearer_one() {
 
 #[test]
 fn a_target_that_tells_its_name_is_called_by_it_without_a_flight_list() {
-    let paths = [drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)])];
+    let paths = [drive(Point2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)])];
     let last = followed(&paths, &FlightList::default());
     assert_eq!(last.len(), 1);
     assert_eq!((last[0].track_type, &last[0].label), (TrackType::NotAssociated, &None));
@@ -106,7 +106,7 @@ pub(super) fn report(
     kind: SensorKind,
     t: f64,
     sequence: u32,
-    position_m: Vector2<f64>,
+    position_m: Point2<f64>,
 ) -> Plot {
     Plot {
         sensor: SensorId(sensor),
@@ -126,7 +126,7 @@ pub(super) fn report(
 
 #[test]
 fn one_name_is_one_track_whatever_its_reports_are_worth() {
-    let path = drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(200.0, 0.0, 0.02)]);
+    let path = drive(Point2::new(0.0, 500.0), 1.0, 10.0, &[(200.0, 0.0, 0.02)]);
     let paths = [path];
     for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
         let mut tracker = Tracker::new(config);
@@ -165,7 +165,7 @@ fn a_nominal_delay_is_taken_off_the_reports_that_have_it() {
         let model = SensorModel::default_of(SensorId(5), SensorKind::Adsb);
         config.sensors.push(SensorModel { latency_s: known_s, ..model });
         let mut tracker = Tracker::new(config);
-        let at = |t: f64| Vector2::new(40.0 * t, 0.0);
+        let at = |t: f64| Point2::new(40.0 * t, 0.0);
         let mut last = Vec::new();
         for k in 1..=60 {
             let t = f64::from(k);
@@ -181,7 +181,7 @@ fn a_nominal_delay_is_taken_off_the_reports_that_have_it() {
 /// Whose track has just ended may be seen again at once: for ten seconds nobody else is called by its name.
 #[test]
 fn the_line_of_a_track_that_ended_is_given_to_no_other_one_at_once() {
-    let stand = Vector2::new(420.0, 312.0);
+    let stand = Point2::new(420.0, 312.0);
     let line = FlightEntry {
         stand_m: Some(stand),
         off_block: Some(SimTime::from_s(400.0)),
@@ -221,7 +221,7 @@ fn the_line_of_a_track_that_ended_is_given_to_no_other_one_at_once() {
 /// there on it is assumed only.
 #[test]
 fn a_given_label_is_kept_above_four_fifths_and_assumed_below() {
-    let stand = Vector2::new(420.0, 312.0);
+    let stand = Point2::new(420.0, 312.0);
     let line = |name: &str, aside_m: f64| FlightEntry {
         stand_m: Some(stand + Vector2::new(aside_m, 0.0)),
         off_block: Some(SimTime::from_s(400.0)),

@@ -42,7 +42,7 @@ fn plot(t_s: f64, sequence: u32, x: f64, variance_m2: f64) -> Plot {
         kind: SensorKind::Mlat,
         time: SimTime::from_s(t_s),
         sequence,
-        position_m: Vector2::new(x, 0.0),
+        position_m: Point2::new(x, 0.0),
         axis: Vector2::new(1.0, 0.0),
         along_m2: variance_m2,
         across_m2: variance_m2,

@@ -2,7 +2,7 @@
 
 use super::hard_cases::plot;
 use super::*;
-use crate::frames::Matrix2;
+use crate::frames::{Matrix2, Point2};
 use config::{AssociationMethod, SensorModel};
 
 /// A tracker after twelve looks at a target that moves along x at this speed, with its last report.
@@ -60,7 +60,7 @@ fn a_manoeuvre_does_not_move_what_was_a_second_ago() {
         config.gates.probability = 0.2;
         let mut tracker = Tracker::new(config);
         let list = FlightList::default();
-        let mut before = Vector2::zeros();
+        let mut before = Point2::origin();
         for k in 1..=20 {
             let t = f64::from(k);
             let (x, aside) = (20.0 * (t - 0.5), if k == 20 { -4.5 } else { 0.0 });
@@ -105,9 +105,9 @@ fn a_state_begins_again_from_what_it_can_have_driven_and_once() {
 #[test]
 fn what_an_echo_lies_off_is_stated_now_and_a_second_ago() {
     let law = near_side::EchoLaw::default();
-    let radar = Radar { seed: 3, site: Vector2::zeros(), detection: 1.0, false_plots: 0 };
+    let radar = Radar { seed: 3, site: Point2::origin(), detection: 1.0, false_plots: 0 };
     let paths: Vec<Box<Path>> =
-        vec![drive(Vector2::new(700.0, 700.0), 0.0, 0.0, &[(0.1, 0.0, 0.0)])];
+        vec![drive(Point2::new(700.0, 700.0), 0.0, 0.0, &[(0.1, 0.0, 0.0)])];
     let run = run(TrackingConfig::accurate(), &radar, &paths, &FlightList::default(), 200);
     let track = &run.last[0];
     let sight = Vector2::new(1.0, 1.0) / std::f64::consts::SQRT_2;
@@ -180,8 +180,8 @@ fn a_track_that_reports_and_is_seen_says_what_both_are_off_by() {
             let key = DrawKey { run_seed: 900 + run, sensor: 1, entity, scan: scan.into() };
             Vector2::from(<[f64; 2]>::from(normal_pair(&mut key.rng(Purpose::Study))))
         };
-        let truth = Vector2::new(800.0, 600.0);
-        let axis = truth.normalize();
+        let truth = Point2::new(800.0, 600.0);
+        let axis = truth.coords.normalize();
         let across = Vector2::new(axis.y, -axis.x);
         let constant = draw(7, 0);
         let off = axis * (law.residual_m * constant.x - law.unknown_m.0)
@@ -194,17 +194,17 @@ fn a_track_that_reports_and_is_seen_says_what_both_are_off_by() {
             let t = f64::from(k);
             let noise = draw(1, k);
             let place = truth + off + axis * (2.4 * noise.x) + across * (2.4 * noise.y);
-            let line = place.normalize();
+            let line = place.coords.normalize();
             let seen = Plot {
                 position_m: place,
                 axis: line,
                 along_m2: 2.4 * 2.4,
                 across_m2: 2.4 * 2.4,
                 polar: Some(Polar {
-                    range_m: place.norm(),
+                    range_m: place.coords.norm(),
                     azimuth_rad: libm::atan2(line.x, line.y),
                     sigma_range_m: 2.4,
-                    sigma_azimuth_rad: 2.4 / place.norm(),
+                    sigma_azimuth_rad: 2.4 / place.coords.norm(),
                     extent_m2: None,
                 }),
                 ..plot(t - 0.5, 0, 0.0, 0.0)
@@ -239,7 +239,7 @@ fn what_reports_alone_tell_of_is_as_late_as_they_are_from_the_first_one_on() {
     const LATE_S: f64 = 0.144;
     let place = |t: f64| {
         let braking = (t - 40.0).max(0.0);
-        Vector2::new(0.8, -0.6) * (70.0 * t - braking * braking)
+        Point2::new(0.8, -0.6) * (70.0 * t - braking * braking)
     };
     // First reports, on final, after the gap, braking: sums of NEES and their number.
     let (mut now, mut ago) = ([[0.0; 2]; 4], [[0.0; 2]; 4]);
@@ -298,7 +298,7 @@ fn what_reports_alone_tell_of_is_as_late_as_they_are_from_the_first_one_on() {
 /// What has taken off is gone after three looks without a plot, not after one.
 #[test]
 fn what_takes_off_may_miss_a_look() {
-    let runway = [Vector2::new(-200.0, 0.0), Vector2::new(3_200.0, 0.0)];
+    let runway = [Point2::new(-200.0, 0.0), Point2::new(3_200.0, 0.0)];
     let flights = FlightList { entries: Vec::new(), runways: vec![("09".to_owned(), runway)] };
     for missed in [1, 2] {
         let mut tracker = Tracker::new(TrackingConfig::paper());

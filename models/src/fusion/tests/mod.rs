@@ -3,7 +3,7 @@
 use super::*;
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::{FlightEntry, FlightList, MovementKind, WakeCategory};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
@@ -23,14 +23,14 @@ mod several;
 mod shadows;
 mod taken_off;
 
-type Path = dyn Fn(f64) -> Option<Vector2<f64>>;
+type Path = dyn Fn(f64) -> Option<Point2<f64>>;
 /// A plot with the index and the true position of what caused it.
-type Looked = (Plot, Option<(usize, Vector2<f64>)>);
+type Looked = (Plot, Option<(usize, Point2<f64>)>);
 
 /// A radar in the plane: cells of 5.4 m and 0.25°, thermal noise, rotation once a second.
 struct Radar {
     seed: u64,
-    site: Vector2<f64>,
+    site: Point2<f64>,
     detection: f64,
     false_plots: u32,
 }
@@ -110,7 +110,7 @@ impl Radar {
 }
 
 /// Straight and round pieces one after the other: (duration s, acceleration m/s², turn rate rad/s).
-fn drive(start: Vector2<f64>, heading: f64, speed: f64, pieces: &[(f64, f64, f64)]) -> Box<Path> {
+fn drive(start: Point2<f64>, heading: f64, speed: f64, pieces: &[(f64, f64, f64)]) -> Box<Path> {
     let step = 0.01;
     let mut samples = vec![start];
     let (mut p, mut h, mut v) = (start, heading, speed);
@@ -133,7 +133,7 @@ fn drive(start: Vector2<f64>, heading: f64, speed: f64, pieces: &[(f64, f64, f64
 /// Traffic of an ordinary minute or five: a landing, a take-off, taxiing with turns and stops, a car,
 /// three parked aircraft 45 m apart.
 fn traffic() -> Vec<Box<Path>> {
-    let v = Vector2::new;
+    let v = Point2::new;
     let quarter = std::f64::consts::FRAC_PI_2;
     vec![
         drive(
@@ -263,7 +263,7 @@ fn run(
 }
 
 fn tower(seed: u64, detection: f64, false_plots: u32) -> Radar {
-    Radar { seed, site: Vector2::new(150.0, -250.0), detection, false_plots }
+    Radar { seed, site: Point2::new(150.0, -250.0), detection, false_plots }
 }
 
 #[test]

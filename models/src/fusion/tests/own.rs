@@ -2,6 +2,7 @@
 
 use super::super::own::{Association, GatedPair, Initiation, Shown, Trial};
 use super::*;
+use crate::frames::Point2;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -33,7 +34,7 @@ struct Slow;
 
 impl Initiation for Slow {
     fn begins(&self, plot: &Plot) -> bool {
-        plot.position_m.norm() > 300.0
+        plot.position_m.coords.norm() > 300.0
     }
     fn judge(&self, shown: &Shown) -> Trial {
         match (shown.plots >= 5, shown.looks > 20) {
@@ -45,7 +46,7 @@ impl Initiation for Slow {
 }
 
 /// Position and number of each track after each of 60 scans.
-fn run(mut tracker: Tracker) -> Vec<(u32, u16, Vector2<f64>)> {
+fn run(mut tracker: Tracker) -> Vec<(u32, u16, Point2<f64>)> {
     let (paths, radar) = (traffic(), tower(5, 0.95, 4));
     let mut out = Vec::new();
     for k in 1..=60 {
@@ -70,12 +71,12 @@ fn an_association_of_ones_own_decides_and_cannot_break_the_tracker() {
 fn an_initiation_of_ones_own_says_where_tracks_begin_and_when_they_are_shown() {
     let ours = run(Tracker::new(TrackingConfig::paper()));
     let own = run(Tracker::new(TrackingConfig::paper()).with_initiation(Arc::new(Slow)));
-    let first = |all: &[(u32, u16, Vector2<f64>)]| all.iter().map(|t| t.0).min().expect("tracks");
+    let first = |all: &[(u32, u16, Point2<f64>)]| all.iter().map(|t| t.0).min().expect("tracks");
     assert_eq!((first(&ours), first(&own)), (3, 5));
     // Nobody inside when it was first shown.
     let mut seen = BTreeSet::new();
     let fresh: Vec<_> = own.iter().filter(|t| seen.insert(t.1)).collect();
-    assert!(!fresh.is_empty() && fresh.iter().all(|t| t.2.norm() > 200.0));
+    assert!(!fresh.is_empty() && fresh.iter().all(|t| t.2.coords.norm() > 200.0));
 }
 
 /// A walk from a datagram to a track goes one way: no file of the tracker knows, over others, itself.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// Where somebody stands who drives off east at `leaves_s` (1 m/s² to 10 m/s).
 fn stands(x: f64, y: f64, leaves_s: f64) -> Box<Path> {
     drive(
-        Vector2::new(x, y),
+        Point2::new(x, y),
         std::f64::consts::FRAC_PI_2,
         0.0,
         &[(leaves_s, 0.0, 0.0), (10.0, 1.0, 0.0), (200.0, 0.0, 0.0)],

@@ -6,7 +6,7 @@ use config::SensorModel;
 
 struct Site {
     id: u16,
-    place: Vector2<f64>,
+    place: Point2<f64>,
     range_bias: f64,
     azimuth_bias: f64,
 }
@@ -14,7 +14,7 @@ struct Site {
 const SIGMA_RANGE: f64 = 1.5;
 const SIGMA_AZIMUTH: f64 = 1e-3;
 
-fn look(site: &Site, seed: u64, target: usize, k: u32, t: f64, truth: Vector2<f64>) -> Plot {
+fn look(site: &Site, seed: u64, target: usize, k: u32, t: f64, truth: Point2<f64>) -> Plot {
     let key =
         DrawKey { run_seed: seed, sensor: site.id.into(), entity: target as u64, scan: k.into() };
     let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
@@ -52,9 +52,9 @@ fn watch(
     silent: impl Fn(u32, u16) -> bool,
 ) -> (f64, usize, Tracker) {
     let paths = [
-        drive(Vector2::new(0.0, 0.0), 0.7, 9.0, &[(600.0, 0.0, 0.01)]),
-        drive(Vector2::new(500.0, -300.0), 4.0, 7.0, &[(600.0, 0.0, -0.012)]),
-        drive(Vector2::new(-400.0, 500.0), 2.0, 12.0, &[(600.0, 0.0, 0.008)]),
+        drive(Point2::new(0.0, 0.0), 0.7, 9.0, &[(600.0, 0.0, 0.01)]),
+        drive(Point2::new(500.0, -300.0), 4.0, 7.0, &[(600.0, 0.0, -0.012)]),
+        drive(Point2::new(-400.0, 500.0), 2.0, 12.0, &[(600.0, 0.0, 0.008)]),
     ];
     let mut tracker = Tracker::new(config);
     let rho = libm::exp(-1.0 / 100.0);
@@ -115,8 +115,8 @@ fn config(base: TrackingConfig) -> TrackingConfig {
 #[test]
 fn biases_of_sites_are_found_and_taken_off() {
     let sites = [
-        Site { id: 1, place: Vector2::new(-900.0, -600.0), range_bias: 6.0, azimuth_bias: -4e-3 },
-        Site { id: 2, place: Vector2::new(1100.0, 700.0), range_bias: -3.0, azimuth_bias: 2e-3 },
+        Site { id: 1, place: Point2::new(-900.0, -600.0), range_bias: 6.0, azimuth_bias: -4e-3 },
+        Site { id: 2, place: Point2::new(1100.0, 700.0), range_bias: -3.0, azimuth_bias: 2e-3 },
     ];
     let (raw, _, _) = watch(config(TrackingConfig::paper()), &sites, |_, _| false);
     let (registered, most, tracker) =
@@ -144,8 +144,8 @@ fn biases_of_sites_are_found_and_taken_off() {
 #[test]
 fn an_outage_of_one_sensor_loses_no_track_and_both_are_better_than_one() {
     let sites = [
-        Site { id: 1, place: Vector2::new(-900.0, -600.0), range_bias: 0.0, azimuth_bias: 0.0 },
-        Site { id: 2, place: Vector2::new(1100.0, 700.0), range_bias: 0.0, azimuth_bias: 0.0 },
+        Site { id: 1, place: Point2::new(-900.0, -600.0), range_bias: 0.0, azimuth_bias: 0.0 },
+        Site { id: 2, place: Point2::new(1100.0, 700.0), range_bias: 0.0, azimuth_bias: 0.0 },
     ];
     let paper = || config(TrackingConfig::paper());
     let (both, most, _) = watch(paper(), &sites, |_, _| false);
@@ -178,7 +178,7 @@ fn two_equal_radars_at_one_time_are_one_radar_with_half_the_variance() {
                     kind: SensorKind::Mlat,
                     time: SimTime::from_s(t),
                     sequence: 0,
-                    position_m: Vector2::new(7.0 * t, 2.0),
+                    position_m: Point2::new(7.0 * t, 2.0),
                     axis: Vector2::new(1.0, 0.0),
                     along_m2: variance,
                     across_m2: variance,
@@ -202,10 +202,10 @@ fn a_vehicle_that_names_itself_is_not_lost_where_it_brakes_harder_than_its_filte
     // 15 m/s, from 20 s on 7 m/s² until it stands.
     let way = |t: f64| {
         let braking = (t - 20.0).clamp(0.0, 15.0 / 7.0);
-        Vector2::new(15.0 * t.min(20.0) + (15.0 - 3.5 * braking) * braking, 40.0)
+        Point2::new(15.0 * t.min(20.0) + (15.0 - 3.5 * braking) * braking, 40.0)
     };
     let mut tracker = Tracker::new(TrackingConfig::paper());
-    let site = Site { id: 1, place: Vector2::zeros(), range_bias: 0.0, azimuth_bias: 0.0 };
+    let site = Site { id: 1, place: Point2::origin(), range_bias: 0.0, azimuth_bias: 0.0 };
     for k in 1..=40 {
         let t = f64::from(k);
         let mut plot = look(&site, 1, 0, k, t - 0.4, way(t - 0.4));
@@ -239,7 +239,7 @@ fn what_two_radars_see_of_a_body_is_learnt_from_both() {
                 let near_side = Vector2::new(f64::from(*id) * 4.0, 0.0);
                 let plot = Plot {
                     sensor: SensorId(*id),
-                    position_m: Vector2::new(900.0, 700.0) + near_side + Vector2::new(a, b) * 3.0,
+                    position_m: Point2::new(900.0, 700.0) + near_side + Vector2::new(a, b) * 3.0,
                     ..hard_cases::plot(f64::from(k) + 0.3 * f64::from(*id), k, 0.0, 0.0)
                 };
                 spread.learn(&plot, 1.0);
@@ -270,7 +270,7 @@ fn two_radars_in_turn_begin_a_lost_state_anew() {
     let mut tracker = Tracker::new(config);
     let mut near = 0;
     // Drives at 12 m/s; from the sixtieth second on its plots lie 30 m aside.
-    let at = |t: f64| Vector2::new(800.0 + 12.0 * t, if t < 60.0 { 300.0 } else { 330.0 });
+    let at = |t: f64| Point2::new(800.0 + 12.0 * t, if t < 60.0 { 300.0 } else { 330.0 });
     for k in 1..=70_u32 {
         let mut plots = Vec::new();
         for id in [1_u16, 2] {

@@ -2,17 +2,18 @@
 
 use super::labelled::report;
 use super::*;
+use crate::frames::Point2;
 
 /// A departure whose transponder is heard twice a second but from `from_s` to `to_s`: scans in which it has a track, and the numbers of these.
 fn departs(mut profile: TrackingConfig, from_s: f64, to_s: f64) -> (Vec<u32>, Vec<u16>) {
     let flights = FlightList {
-        runways: vec![("09/27".to_owned(), [Vector2::zeros(), Vector2::new(3000.0, 0.0)])],
+        runways: vec![("09/27".to_owned(), [Point2::origin(), Point2::new(3000.0, 0.0)])],
         ..FlightList::default()
     };
     // Ten seconds on the runway, 2.2 m/s² to 85 m/s, straight on.
     let place = |t: f64| {
         let run = (t - 10.0).clamp(0.0, 85.0 / 2.2);
-        Vector2::new(100.0 + 1.1 * run * run + 85.0 * (t - 10.0 - 85.0 / 2.2).max(0.0), 0.0)
+        Point2::new(100.0 + 1.1 * run * run + 85.0 * (t - 10.0 - 85.0 / 2.2).max(0.0), 0.0)
     };
     let model = config::SensorModel::default_of(SensorId(2), SensorKind::Adsb);
     profile.sensors.push(config::SensorModel { interval_s: 0.4, ..model });

@@ -8,7 +8,7 @@ use super::plan::outcome::Detection;
 use super::plan::planner::{MOST_NEW, Planner, PlannerScene};
 use super::{Air, Asde, Tolerance, Truth};
 use crate::effects::Level;
-use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
+use crate::frames::{Azimuth, Point2, Point3, Vector2, wrap_pi};
 use crate::sensors::TargetClass;
 use crate::sensors::radar::detection::PdTable;
 use crate::sensors::radar::effects::RadarEffect;
@@ -76,7 +76,7 @@ impl Found {
 /// Where a target is seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sight {
-    place_m: Vector2<f64>,
+    place_m: Point2<f64>,
     ground_m2: f64,
     slant_m: f64,
     up_m: f64,
@@ -245,7 +245,7 @@ impl Asde {
         &mut self,
         air: &Air,
         class: &TargetClass,
-        place_m: Vector3<f64>,
+        place_m: Point3<f64>,
     ) -> (f64, f64) {
         let mut planner = std::mem::take(&mut self.planner);
         let cells: Vec<CellView> = self.rain_seen(air).collect();
@@ -267,7 +267,7 @@ impl Asde {
     pub(super) fn sight(
         &self,
         class: &TargetClass,
-        place_m: Vector3<f64>,
+        place_m: Point3<f64>,
         azimuth_rad: f64,
     ) -> Sight {
         let ground_m2 = (place_m.xy() - self.site_m).norm_squared();

@@ -1,7 +1,7 @@
 //! When the beam points at which target.
 
-use super::{Asde, Azimuth, ScanInterval, SimTime, TargetState, Traffic, Truth, Vector2, wrap_pi};
-use crate::frames::Vector3;
+use super::{Asde, Azimuth, Point2, ScanInterval, SimTime, TargetState, Traffic, Truth, wrap_pi};
+use crate::frames::Point3;
 use crate::sensors::radar::shadow::edge_reach_m;
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ pub(super) struct Look {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
     /// Its place.
-    pub(super) place_m: Vector3<f64>,
+    pub(super) place_m: Point3<f64>,
     /// Its azimuth from the radar, rad.
     pub(super) azimuth_rad: f64,
     /// Whether it is still there.
@@ -234,7 +234,7 @@ impl Occluding {
     }
 
     /// Whether one may stand before the target of a look.
-    pub(super) fn may_shadow(&self, look: &Look, site_m: Vector2<f64>) -> bool {
+    pub(super) fn may_shadow(&self, look: &Look, site_m: Point2<f64>) -> bool {
         let nearest_m = self.nearest_m[Self::sector(look.azimuth_rad)];
         let others =
             self.list.len() > 1 || self.list.first().is_some_and(|a| a.index != look.index);
@@ -252,20 +252,20 @@ impl Occluding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Vector2;
+    use crate::frames::Vector3;
 
     #[test]
     fn a_target_may_be_shadowed_by_another_that_is_nearer_in_its_direction() {
         let look = |index: usize, azimuth_rad: f64, ground_m: f64| {
             let (sin, cos) = libm::sincos(azimuth_rad);
             let state = TargetState {
-                position_m: Vector3::new(10.0 + ground_m * sin, 20.0 + ground_m * cos, 0.0),
+                position_m: Point3::new(10.0 + ground_m * sin, 20.0 + ground_m * cos, 0.0),
                 velocity_mps: Vector3::zeros(),
                 heading_rad: 0.0,
             };
             Look { index, number: 0, time: SimTime::ZERO, state, azimuth_rad }
         };
-        let site = Vector2::new(10.0, 20.0);
+        let site = Point2::new(10.0, 20.0);
         let aircraft = |index, azimuth_rad, ground_m, reach_m| Aircraft {
             index,
             azimuth_rad,

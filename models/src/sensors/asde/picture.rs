@@ -4,7 +4,7 @@ use super::looks::{NEXT, Occluding};
 use super::{Asde, ScanInterval, TargetClass, TargetState, Traffic, Truth};
 use crate::draw::{DrawKey, Purpose, exponential};
 use crate::environment::Weather;
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2, Vector2};
 use crate::sensors::radar::detection::from_db;
 use crate::sensors::radar::effects::value::EchoPlace;
 use crate::sensors::radar::equation::{Air, BudgetLevels, Echo, RainAir, RainEcho, RainPath};
@@ -15,7 +15,7 @@ use crate::sensors::radar::video::{PointEcho, Threshold, Video};
 /// What the ground around the radar returns.
 pub trait Ground {
     /// Factor on the ground's reflectivity at a place, 1 for what the radar's γ stands for.
-    fn factor(&self, place_m: Vector2<f64>) -> f64;
+    fn factor(&self, place_m: Point2<f64>) -> f64;
 }
 
 /// The same ground everywhere.
@@ -23,7 +23,7 @@ pub trait Ground {
 pub struct EvenGround;
 
 impl Ground for EvenGround {
-    fn factor(&self, _: Vector2<f64>) -> f64 {
+    fn factor(&self, _: Point2<f64>) -> f64 {
         1.0
     }
 }
@@ -109,7 +109,7 @@ impl Asde {
         let step_m = 0.5 * self.radar.cell_m;
         let buildings = self.buildings.clone();
         for (own, building) in buildings.iter().enumerate() {
-            let turning: f64 = building.walls().map(|(a, b)| a.perp(&b)).sum();
+            let turning: f64 = building.walls().map(|(a, b)| a.coords.perp(&b.coords)).sum();
             let gamma = crate::sensors::radar::ghost::facade_reflection(
                 building.facade,
                 self.radar.carrier_ghz,
@@ -168,7 +168,7 @@ pub(super) struct Obstacle {
     ground_m: f64,
     half_m: f64,
     top_m: f64,
-    parts: Vec<(Vec<Vector2<f64>>, f64)>,
+    parts: Vec<(Vec<Point2<f64>>, f64)>,
 }
 
 impl Obstacle {
@@ -176,7 +176,7 @@ impl Obstacle {
     pub(super) fn of(
         class: &TargetClass,
         state: &TargetState,
-        site_m: Vector2<f64>,
+        site_m: Point2<f64>,
     ) -> Option<Self> {
         if !class.aircraft || state.position_m.z > class.height_m {
             return None;
@@ -305,7 +305,7 @@ impl<'a> Clutter<'a> {
         &self,
         aircraft: &[&Obstacle],
         azimuth_rad: f64,
-        place_m: Vector2<f64>,
+        place_m: Point2<f64>,
         ground_m: f64,
     ) -> f64 {
         let asde = self.radar;
@@ -340,24 +340,25 @@ impl<'a> Clutter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frames::Point3;
     use crate::frames::Vector3;
 
     #[test]
     fn aircraft_on_the_ground_stand_in_the_way_and_nothing_else() {
         let at = |up: f64| TargetState {
-            position_m: Vector3::new(300.0, 400.0, up),
+            position_m: Point3::new(300.0, 400.0, up),
             velocity_mps: Vector3::zeros(),
             heading_rad: 0.0,
         };
         let class = |aircraft| crate::sensors::testing::class(aircraft, 40.0, 36.0, 15.0);
-        let of = |aircraft, up| Obstacle::of(&class(aircraft), &at(up), Vector2::new(300.0, 0.0));
+        let of = |aircraft, up| Obstacle::of(&class(aircraft), &at(up), Point2::new(300.0, 0.0));
         assert!(of(false, 0.0).is_none() && of(true, 10.1).is_none() && of(true, 10.0).is_some());
         let obstacle = of(true, 0.0).expect("an aircraft");
         assert_eq!((obstacle.ground_m, obstacle.top_m, obstacle.half_m), (400.0, 10.0, 23.0));
         assert!(!obstacle.parts.is_empty());
         // No part reaches beyond half the length and three metres.
         for corner in obstacle.parts.iter().flat_map(|(corners, _)| corners) {
-            assert!((corner - Vector2::new(300.0, 400.0)).norm() <= obstacle.half_m, "{corner}");
+            assert!((corner - Point2::new(300.0, 400.0)).norm() <= obstacle.half_m, "{corner}");
         }
     }
 }

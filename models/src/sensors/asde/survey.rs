@@ -1,7 +1,7 @@
 //! What a radar makes of a target that stands at one place, without draws: for maps of a site.
 
 use super::{Air, Asde, DetectionRule};
-use crate::frames::{Azimuth, Vector3};
+use crate::frames::{Azimuth, Point3};
 use crate::sensors::TargetClass;
 use crate::sensors::radar::detection::{from_db, to_db};
 use crate::sensors::radar::equation::{Budget, BudgetLevels, Echo};
@@ -88,7 +88,7 @@ impl Asde {
         air: &Air,
         class: &TargetClass,
         aspect: &Aspect,
-        place_m: Vector3<f64>,
+        place_m: Point3<f64>,
     ) -> Option<Survey> {
         let (budget, shadow_db) = self.budget_at(air, class, aspect, place_m)?;
         let ground_m = (place_m.xy() - self.site_m).norm();
@@ -132,7 +132,7 @@ impl Asde {
         air: &Air,
         class: &TargetClass,
         aspect: &Aspect,
-        place_m: Vector3<f64>,
+        place_m: Point3<f64>,
     ) -> Option<f64> {
         let (budget, _) = self.budget_at(air, class, aspect, place_m)?;
         Some(self.chance(&budget))
@@ -144,7 +144,7 @@ impl Asde {
         air: &Air,
         class: &TargetClass,
         aspect: &Aspect,
-        place_m: Vector3<f64>,
+        place_m: Point3<f64>,
     ) -> Option<(Budget, f64)> {
         let offset = place_m.xy() - self.site_m;
         let (ground_m, azimuth_rad) = (offset.norm(), Azimuth::of(offset).rad());
@@ -188,7 +188,7 @@ impl Asde {
         &self,
         air: &Air,
         class: &TargetClass,
-        place_m: Vector3<f64>,
+        place_m: Point3<f64>,
         height_m: f64,
     ) -> f64 {
         let antenna_m = self.radar.antenna_m;

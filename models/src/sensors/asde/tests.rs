@@ -1,6 +1,8 @@
 use super::*;
 use crate::draw::{Purpose, exponential, normal_pair, uniform};
 use crate::effects::Level;
+use crate::frames::Point2;
+use crate::frames::Point3;
 use crate::frames::Vector3;
 use crate::plot::Callsign;
 use crate::sensors::radar::detection::{from_db, to_db};
@@ -23,7 +25,7 @@ type Pair = (f64, f64);
 /// Targets that move straight from where they are at time zero.
 pub(crate) struct Straight {
     pub(crate) class: TargetClass,
-    pub(crate) targets: Vec<(Vector3<f64>, Vector3<f64>)>,
+    pub(crate) targets: Vec<(Point3<f64>, Vector3<f64>)>,
 }
 
 impl Straight {
@@ -39,7 +41,10 @@ impl Straight {
             shape: crate::sensors::radar::sample_shapes::of(false),
         };
         let vector = |(x, y): Pair| Vector3::new(x, y, 0.0);
-        Self { class, targets: targets.iter().map(|&(p, v)| (vector(p), vector(v))).collect() }
+        Self {
+            class,
+            targets: targets.iter().map(|&(p, v)| (vector(p).into(), vector(v))).collect(),
+        }
     }
 }
 
@@ -74,7 +79,7 @@ pub(crate) fn interval(scan: u64, scan_s: f64) -> ScanInterval {
 fn asde(change: impl FnOnce(&mut AsdeParameters)) -> Asde {
     let mut parameters = AsdeParameters::ku_band();
     change(&mut parameters);
-    Asde::new(SensorId(1), Vector2::zeros(), parameters).expect("sound parameters")
+    Asde::new(SensorId(1), Point2::origin(), parameters).expect("sound parameters")
 }
 
 /// Many targets on a ring round the radar: all at the same ratio.

@@ -1,6 +1,6 @@
 //! What a loop, or a pair of them, is: its parameters, the keys of a scene that give them, and the formulas of a passage.
 
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::keys::Key;
 use crate::plot::SensorId;
 use crate::sensors::config::{ConfigError, check, number};
@@ -49,7 +49,7 @@ pub struct LoopConfig {
     /// Number of the sensor in the scene.
     pub id: SensorId,
     /// Centre of the (first) loop, airport frame, m.
-    pub site_m: Vector2<f64>,
+    pub site_m: Point2<f64>,
     /// Direction of the taxiway, degrees clockwise from north; traffic may come from both sides.
     pub direction_deg: f64,
     /// Length of a loop along the taxiway, m.
@@ -77,7 +77,7 @@ pub struct LoopConfig {
 impl LoopConfig {
     /// Two loops of 2 m, 5 m apart, across a taxiway 23 m wide.
     #[must_use]
-    pub fn pair_at(id: SensorId, site_m: Vector2<f64>, direction_deg: f64) -> Self {
+    pub fn pair_at(id: SensorId, site_m: Point2<f64>, direction_deg: f64) -> Self {
         Self {
             id,
             site_m,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::frames::Vector3;
+use crate::frames::{Point2, Vector3};
 use crate::sensors::testing::Parked;
 
 /// A target that starts 60 m before the loop and rolls over it, north or south.
@@ -9,7 +9,7 @@ fn pass(config: LoopConfig, speed_mps: f64, north: bool, scan_ns: i64) -> PlotSi
     truth.velocity_mps = Vector3::new(0.0, sign * speed_mps, 0.0);
     truth.heading_rad = if north { 0.0 } else { std::f64::consts::PI };
     // The target is at north 100 m at time 0.
-    let config = LoopConfig { site_m: Vector2::new(0.0, 100.0 + sign * 60.0), ..config };
+    let config = LoopConfig { site_m: Point2::new(0.0, 100.0 + sign * 60.0), ..config };
     let mut sensor = InductionLoop::new(config).expect("sound");
     let mut sink = PlotSink { explain: true, ..PlotSink::default() };
     let end_ns = (150.0 / speed_mps * 1e9) as i64;
@@ -27,7 +27,7 @@ fn config() -> LoopConfig {
     LoopConfig {
         false_per_h: 0.0,
         pd: 1.0,
-        ..LoopConfig::pair_at(SensorId(6), Vector2::zeros(), 0.0)
+        ..LoopConfig::pair_at(SensorId(6), Point2::origin(), 0.0)
     }
 }
 
@@ -121,7 +121,7 @@ fn hard_passages_end_in_an_answer() {
         }
     }
     let parked = Parked::aircraft(&[0]);
-    let on_loop = LoopConfig { site_m: Vector2::zeros(), ..config() };
+    let on_loop = LoopConfig { site_m: Point2::origin(), ..config() };
     let mut sensor = InductionLoop::new(on_loop).expect("sound");
     let mut sink = PlotSink::default();
     let interval =

@@ -1,6 +1,6 @@
 //! The geometry of a position from times of arrival, and what timing makes of it.
 
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Speed of light, m/s.
 pub(super) const SPEED_OF_LIGHT_MPS: f64 = 299_792_458.0;
@@ -16,7 +16,7 @@ impl ArrivalGeometry {
     /// Geometry of a target at `target_m` heard by `stations_m`; `None` with fewer than three stations
     /// or where they do not span position and time (a pivot below 1e-9).
     #[must_use]
-    pub fn of(stations_m: &[Vector2<f64>], target_m: Vector2<f64>) -> Option<Self> {
+    pub fn of(stations_m: &[Point2<f64>], target_m: Point2<f64>) -> Option<Self> {
         if stations_m.len() < 3 {
             return None;
         }
@@ -65,8 +65,8 @@ impl ArrivalGeometry {
     /// What the fit leaves of range errors, m²: the sum of the squared residuals of the ranges by least squares.
     pub(super) fn residual_m2(
         &self,
-        stations_m: &[Vector2<f64>],
-        target_m: Vector2<f64>,
+        stations_m: &[Point2<f64>],
+        target_m: Point2<f64>,
         errors_m: &[f64],
     ) -> f64 {
         let rows: Vec<[f64; 3]> = stations_m.iter().map(|s| row(*s, target_m)).collect();
@@ -80,7 +80,7 @@ impl ArrivalGeometry {
     }
 
     /// Shift of the position (m east, north) per metre of range error at one station.
-    pub(super) fn shift(&self, station_m: Vector2<f64>, target_m: Vector2<f64>) -> Vector2<f64> {
+    pub(super) fn shift(&self, station_m: Point2<f64>, target_m: Point2<f64>) -> Vector2<f64> {
         let h = row(station_m, target_m);
         let of = |r: usize| self.q[r][0] * h[0] + self.q[r][1] * h[1] + self.q[r][2] * h[2];
         Vector2::new(of(0), of(1))
@@ -88,7 +88,7 @@ impl ArrivalGeometry {
 }
 
 /// (u_x, u_y, 1); a target on top of a station has no direction from it.
-fn row(station_m: Vector2<f64>, target_m: Vector2<f64>) -> [f64; 3] {
+fn row(station_m: Point2<f64>, target_m: Point2<f64>) -> [f64; 3] {
     let d = target_m - station_m;
     let far = libm::hypot(d.x, d.y);
     if far > 0.0 { [d.x / far, d.y / far, 1.0] } else { [0.0, 0.0, 1.0] }

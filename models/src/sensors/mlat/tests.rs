@@ -2,9 +2,9 @@ use super::*;
 use crate::sensors::testing::Parked;
 use crate::time::SimTime;
 
-fn square() -> Vec<Vector2<f64>> {
+fn square() -> Vec<Point2<f64>> {
     [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
-        .map(|(x, y)| Vector2::new(x, y))
+        .map(|(x, y)| Point2::new(x, y))
         .to_vec()
 }
 
@@ -19,7 +19,7 @@ fn scan(config: &MlatConfig, truth: &Parked) -> PlotSink {
 
 #[test]
 fn hard_geometries_give_no_position() {
-    let at = |x, y| Vector2::new(x, y);
+    let at = |x, y| Point2::new(x, y);
     for (name, stations, target, fix) in [
         ("no stations", vec![], at(0.0, 0.0), false),
         ("two stations", square()[..2].to_vec(), at(10.0, 20.0), false),
@@ -87,7 +87,7 @@ fn multipath_is_a_one_sided_tail() {
 fn a_blind_sector_hides_what_is_behind_it() {
     let sector = BlindSector { from_deg: 350.0, to_deg: 10.0, beyond_m: 100.0 };
     let station = Station {
-        position_m: Vector2::zeros(),
+        position_m: Point2::origin(),
         height_m: 15.0,
         range_m: 1000.0,
         blind: vec![sector],
@@ -99,9 +99,9 @@ fn a_blind_sector_hides_what_is_behind_it() {
         ("opposite", 0.0, -200.0, true),
         ("too far", -2000.0, 0.0, false),
     ] {
-        assert_eq!(station.hears(Vector2::new(x, y)), heard, "{name}");
+        assert_eq!(station.hears(Point2::new(x, y)), heard, "{name}");
     }
-    let c = Vector2::new;
+    let c = Point2::new;
     let hangar = Building {
         name: "hangar".into(),
         footprint_m: vec![c(-40.0, 100.0), c(40.0, 100.0), c(40.0, 140.0), c(-40.0, 140.0)],
@@ -115,13 +115,13 @@ fn a_blind_sector_hides_what_is_behind_it() {
         ("beside it", 200.0, 300.0, 3.0, true),
     ] {
         let hangars = std::slice::from_ref(&hangar);
-        assert_eq!(station.sees(hangars, Vector2::new(x, y), height_m), seen, "{name}");
+        assert_eq!(station.sees(hangars, Point2::new(x, y), height_m), seen, "{name}");
     }
     let mut config = MlatConfig::with_stations(SensorId(1), &square());
     // Walls all round the parked target: nobody sees it.
     let truth = Parked::aircraft(&[3]);
     let place = truth.at(0, SimTime::ZERO).expect("parked").position_m.xy();
-    let wall = |low: Vector2<f64>, high: Vector2<f64>| Building {
+    let wall = |low: Point2<f64>, high: Point2<f64>| Building {
         footprint_m: vec![low, c(high.x, low.y), high, c(low.x, high.y)],
         height_m: 100.0,
         ..hangar.clone()
@@ -133,8 +133,10 @@ fn a_blind_sector_hides_what_is_behind_it() {
         (50.0, -60.0, 60.0, 60.0),
     ];
     assert_eq!(scan(&config, &truth).plots.len(), 1, "in the open");
-    config.buildings =
-        ring.map(|(a, b, x, y)| wall(place + c(a, b), place + c(x, y))).to_vec().into();
+    config.buildings = ring
+        .map(|(a, b, x, y)| wall(place + c(a, b).coords, place + c(x, y).coords))
+        .to_vec()
+        .into();
     assert_eq!(scan(&config, &truth).plots.len(), 0, "behind walls");
     config.buildings = Arc::new([]);
     for station in &mut config.stations {
@@ -149,7 +151,7 @@ fn a_blind_sector_hides_what_is_behind_it() {
 /// By the timing alone the mean was 5.4.
 #[test]
 fn with_late_arrivals_errors_have_the_covariance_that_is_reported() {
-    let at = |x, y| Vector2::new(x, y);
+    let at = |x, y| Point2::new(x, y);
     let other = vec![at(-900.0, 400.0), at(2600.0, -700.0), at(1800.0, 2100.0), at(-300.0, 1900.0)];
     for (stations, multipath, multipath_m) in [
         (square(), 0.02, 10.0),

@@ -5,7 +5,8 @@ use super::Planned;
 use crate::effects::positioning::{MEASURED, Model, PositioningEffect as E, PositioningLevels};
 use crate::effects::{Level, PlanRow, Tolerance};
 use crate::environment::Weather;
-use crate::frames::{Vector2, Vector3};
+use crate::frames::Point2;
+use crate::frames::Vector3;
 use crate::plot::SensorId;
 use crate::sensors::adsb::{self, Adsb, AdsbConfig};
 use crate::sensors::dgps::{self, Budgeted, Dgps, DgpsConfig, DgpsModel};
@@ -40,7 +41,7 @@ fn sensor(model: &Model, mode: Mode) -> Box<dyn Sensor> {
     let mut sensor: Box<dyn Planned> = match model {
         // In the way of the first target, and in the open.
         m if *m == induction_loop::MODEL => {
-            let config = LoopConfig::pair_at(ID, Vector2::new(60.0, 100.0), 90.0);
+            let config = LoopConfig::pair_at(ID, Point2::new(60.0, 100.0), 90.0);
             Box::new(InductionLoop::new(config).expect("sound"))
         }
         m if *m == mlat::MODEL => {
@@ -51,7 +52,7 @@ fn sensor(model: &Model, mode: Mode) -> Box<dyn Sensor> {
                 (-3000.0, 2500.0),
                 (2000.0, -500.0),
             ];
-            let places = places.map(|(x, y)| Vector2::new(x, y));
+            let places = places.map(|(x, y)| Point2::new(x, y));
             Box::new(Mlat::new(MlatConfig::with_stations(ID, &places)).expect("sound"))
         }
         _ => (found.example)(ID).expect("sound"),
@@ -160,7 +161,7 @@ fn an_outage_is_simulated_where_the_run_can_meet_it() {
     }
     let station = |mtbf_s: f64| {
         let reference = Alternating::from_mtbf(mtbf_s, 60.0);
-        let config = DgpsConfig { reference, ..DgpsConfig::on_airport(ID, Vector2::zeros()) };
+        let config = DgpsConfig { reference, ..DgpsConfig::on_airport(ID, Point2::origin()) };
         let mut dgps = Dgps::new(config).expect("sound").tolerating(Tolerance::default(), 600.0);
         play(&mut dgps, &rolling(&[1], 5.0), 1..2);
         level(dgps.plan(), E::ReferenceOutage)
@@ -183,7 +184,7 @@ fn distance_speed_and_age_call_for_what_they_need() {
     let plan = |budget: fn(&mut Budgeted), metres: f64, speed_mps: f64| {
         let mut model = Budgeted::on_airport();
         budget(&mut model);
-        let reference_m = Vector2::new(-metres, 100.0);
+        let reference_m = Point2::new(-metres, 100.0);
         let config = DgpsConfig {
             model: DgpsModel::Budget(model),
             ..DgpsConfig::on_airport(ID, reference_m)

@@ -6,7 +6,7 @@ use crate::environment::mie::{MieDrops, MieRain};
 use crate::environment::rain::{self, RainLaw};
 use crate::environment::surface::{self, Material, Roughness};
 use crate::environment::{SPEED_OF_LIGHT, Weather, wavelength_m};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::sensors::radar::antenna::{Pattern, SinePattern};
 use crate::sensors::radar::detection::from_db;
 use crate::sensors::radar::effects::value::{Change, EchoPlace, OwnKeys, Setting};
@@ -540,8 +540,8 @@ impl Radar {
         air: &Air,
         levels: &BudgetLevels,
         echo: &Echo,
-        site_m: Vector2<f64>,
-        target_m: Vector2<f64>,
+        site_m: Point2<f64>,
+        target_m: Point2<f64>,
     ) -> Budget {
         let mut evaluated = Evaluated::default();
 
@@ -596,8 +596,8 @@ impl Radar {
         &self,
         air: &Air,
         levels: &BudgetLevels,
-        site_m: Vector2<f64>,
-        target_m: Vector2<f64>,
+        site_m: Point2<f64>,
+        target_m: Point2<f64>,
         evaluated: &mut Evaluated,
     ) -> (f64, RainAir) {
         let cells = !air.weather.cells.is_empty();

@@ -1,7 +1,7 @@
 //! Ghosts: echoes by way of a facade that acts as a mirror.
 
 use crate::environment::surface::{Fresnel, Material, modulus};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2, center};
 use crate::sensors::radar::shadow::Building;
 use std::f64::consts::FRAC_PI_2;
 
@@ -14,11 +14,11 @@ pub fn facade_reflection(facade: &Material, carrier_ghz: f64) -> f64 {
 /// A wall that may mirror towards one radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facade {
-    from_m: Vector2<f64>,
-    to_m: Vector2<f64>,
+    from_m: Point2<f64>,
+    to_m: Point2<f64>,
     height_m: f64,
     /// Mirror image of the radar in the wall's plane.
-    image_m: Vector2<f64>,
+    image_m: Point2<f64>,
     /// Unit vector out of the building.
     outward: Vector2<f64>,
     /// Amplitude reflected.
@@ -43,7 +43,7 @@ pub fn ghost_power(reflection: f64, direct_m: f64, image_m: f64, beside: f64) ->
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ghost {
     /// Where the ray meets the facade, airport frame, m.
-    pub point_m: Vector2<f64>,
+    pub point_m: Point2<f64>,
     /// Length of the way radar, facade, target, m (slant).
     pub path_m: f64,
     /// Amplitude that the facade reflects.
@@ -52,12 +52,12 @@ pub struct Ghost {
 
 /// The facades of all buildings that face a radar at `site_m`.
 #[must_use]
-pub fn facades(buildings: &[Building], site_m: Vector2<f64>, carrier_ghz: f64) -> Vec<Facade> {
+pub fn facades(buildings: &[Building], site_m: Point2<f64>, carrier_ghz: f64) -> Vec<Facade> {
     let mut out = Vec::new();
     for building in buildings {
         let reflection = facade_reflection(building.facade, carrier_ghz);
         // Positive where the corners run anticlockwise: the outside is then on the right of a wall.
-        let turning: f64 = building.walls().map(|(a, b)| a.perp(&b)).sum();
+        let turning: f64 = building.walls().map(|(a, b)| a.coords.perp(&b.coords)).sum();
         for (from_m, to_m) in building.walls() {
             let along = to_m - from_m;
             let length = along.norm();
@@ -88,7 +88,7 @@ impl Facade {
     /// wedge before the wall that is seen from the radar's image through it. `margin_m` is by how much the
     /// specular point may lie beside the wall.
     #[must_use]
-    pub fn may_mirror(&self, place_m: Vector2<f64>, radius_m: f64, margin_m: f64) -> bool {
+    pub fn may_mirror(&self, place_m: Point2<f64>, radius_m: f64, margin_m: f64) -> bool {
         let along = (self.to_m - self.from_m).normalize();
         let (from_m, to_m) = (self.from_m - along * margin_m, self.to_m + along * margin_m);
         let offset = place_m - self.image_m;
@@ -96,12 +96,12 @@ impl Facade {
             return false;
         }
         // Signed distances from the two rays of the wedge, positive inside.
-        let inside = |edge: Vector2<f64>, middle: Vector2<f64>| {
+        let inside = |edge: Point2<f64>, middle: Point2<f64>| {
             let ray = (edge - self.image_m).normalize();
             let side = ray.perp(&(middle - self.image_m)).signum();
             side * ray.perp(&offset)
         };
-        let middle = (from_m + to_m) * 0.5;
+        let middle = center(&from_m, &to_m);
         inside(from_m, middle) >= -radius_m && inside(to_m, middle) >= -radius_m
     }
 
@@ -111,7 +111,7 @@ impl Facade {
     pub fn ghost(
         &self,
         antenna_m: f64,
-        target_m: Vector2<f64>,
+        target_m: Point2<f64>,
         height_m: f64,
         wavelength_m: f64,
     ) -> Option<Ghost> {
@@ -146,7 +146,7 @@ mod tests {
     use crate::environment::surface::MATERIALS;
 
     fn hangar() -> Building {
-        let corner = Vector2::new;
+        let corner = Point2::new;
         Building {
             name: "hangar".into(),
             footprint_m: vec![
@@ -162,23 +162,23 @@ mod tests {
 
     #[test]
     fn only_walls_that_face_the_radar_mirror_it() {
-        let found = facades(&[hangar()], Vector2::zeros(), 16.0);
+        let found = facades(&[hangar()], Point2::origin(), 16.0);
         assert_eq!(found.len(), 1);
-        assert!((found[0].image_m - Vector2::new(0.0, 2000.0)).norm() < 1e-9);
+        assert!((found[0].image_m - Point2::new(0.0, 2000.0)).norm() < 1e-9);
         assert!((found[0].reflection - 1.0).abs() < 1e-2);
         let clockwise =
             Building { footprint_m: hangar().footprint_m.into_iter().rev().collect(), ..hangar() };
-        assert_eq!(facades(&[clockwise], Vector2::zeros(), 16.0).len(), 1);
+        assert_eq!(facades(&[clockwise], Point2::origin(), 16.0).len(), 1);
     }
 
     #[test]
     fn the_specular_point_is_half_way_for_equal_distances() {
-        let facade = facades(&[hangar()], Vector2::zeros(), 16.0)[0];
-        let ghost = facade.ghost(10.0, Vector2::new(60.0, 0.0), 2.0, 0.019).expect("on the wall");
-        assert!((ghost.point_m - Vector2::new(30.0, 1000.0)).norm() < 1e-9);
+        let facade = facades(&[hangar()], Point2::origin(), 16.0)[0];
+        let ghost = facade.ghost(10.0, Point2::new(60.0, 0.0), 2.0, 0.019).expect("on the wall");
+        assert!((ghost.point_m - Point2::new(30.0, 1000.0)).norm() < 1e-9);
         assert!((ghost.path_m - libm::hypot(libm::hypot(60.0, 2000.0), 8.0)).abs() < 1e-9);
-        assert_eq!(facade.ghost(10.0, Vector2::new(160.0, 0.0), 2.0, 0.019), None, "beside it");
-        assert_eq!(facade.ghost(10.0, Vector2::new(0.0, 1200.0), 2.0, 0.019), None, "behind it");
-        assert_eq!(facade.ghost(100.0, Vector2::new(60.0, 0.0), 2.0, 0.019), None, "over the roof");
+        assert_eq!(facade.ghost(10.0, Point2::new(160.0, 0.0), 2.0, 0.019), None, "beside it");
+        assert_eq!(facade.ghost(10.0, Point2::new(0.0, 1200.0), 2.0, 0.019), None, "behind it");
+        assert_eq!(facade.ghost(100.0, Point2::new(60.0, 0.0), 2.0, 0.019), None, "over the roof");
     }
 }

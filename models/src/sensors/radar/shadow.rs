@@ -1,7 +1,7 @@
 //! What stands between radar and target: knife-edge diffraction, buildings, other aircraft.
 
 use crate::environment::surface::Material;
-use crate::frames::{Vector2, wrap_pi};
+use crate::frames::{Point2, Vector2, wrap_pi};
 use crate::special::fresnel_tail;
 
 /// Parameter of a knife edge: `ν = h·√(2(d₁+d₂)/(λ·d₁·d₂))`.
@@ -50,7 +50,7 @@ pub struct Building {
     /// Name for people.
     pub name: String,
     /// Corners in order, airport frame, m; the last joins the first.
-    pub footprint_m: Vec<Vector2<f64>>,
+    pub footprint_m: Vec<Point2<f64>>,
     /// Height above the surface, m.
     pub height_m: f64,
     /// What its walls are made of.
@@ -59,15 +59,15 @@ pub struct Building {
 
 impl Building {
     /// Walls as pairs of corners.
-    pub fn walls(&self) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + '_ {
+    pub fn walls(&self) -> impl Iterator<Item = (Point2<f64>, Point2<f64>)> + '_ {
         let n = self.footprint_m.len();
         (0..n).map(move |i| (self.footprint_m[i], self.footprint_m[(i + 1) % n]))
     }
 
     /// Distance of its nearest corner or wall from a place, m.
     #[must_use]
-    pub fn nearest_m(&self, place_m: Vector2<f64>) -> f64 {
-        let to_wall = |(a, b): (Vector2<f64>, Vector2<f64>)| {
+    pub fn nearest_m(&self, place_m: Point2<f64>) -> f64 {
+        let to_wall = |(a, b): (Point2<f64>, Point2<f64>)| {
             let along = b - a;
             let length2 = along.norm_squared();
             let share = if length2 > 0.0 { (place_m - a).dot(&along) / length2 } else { 0.0 };
@@ -82,12 +82,12 @@ impl Building {
     /// Area of the footprint, m².
     #[must_use]
     pub fn area_m2(&self) -> f64 {
-        0.5 * self.walls().map(|(a, b)| a.perp(&b)).sum::<f64>().abs()
+        0.5 * self.walls().map(|(a, b)| a.coords.perp(&b.coords)).sum::<f64>().abs()
     }
 
     /// Whether a place is inside the footprint.
     #[must_use]
-    pub fn contains(&self, place_m: Vector2<f64>) -> bool {
+    pub fn contains(&self, place_m: Point2<f64>) -> bool {
         let crossings = self.walls().filter(|(a, b)| {
             (a.y > place_m.y) != (b.y > place_m.y)
                 && place_m.x < a.x + (place_m.y - a.y) / (b.y - a.y) * (b.x - a.x)
@@ -100,11 +100,11 @@ impl Building {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SightLine {
     /// Foot of the antenna, airport frame, m.
-    pub site_m: Vector2<f64>,
+    pub site_m: Point2<f64>,
     /// Height of the antenna, m.
     pub antenna_m: f64,
     /// Foot of the echo, m.
-    pub target_m: Vector2<f64>,
+    pub target_m: Point2<f64>,
     /// Height of the echo, m.
     pub height_m: f64,
     /// Wavelength, m.
@@ -132,7 +132,7 @@ impl SightLine {
     /// knife edge with the least loss counts. Where it passes beside, only the nearer edge does, and
     /// only if the wall is as high as the line there.
     #[must_use]
-    pub fn behind(&self, corners: &[Vector2<f64>], height_m: f64) -> Obstruction {
+    pub fn behind(&self, corners: &[Point2<f64>], height_m: f64) -> Obstruction {
         let way = self.target_m - self.site_m;
         let d = way.norm();
         if d < self.wavelength_m {
@@ -141,7 +141,7 @@ impl SightLine {
         let along = way / d;
         let height_at = |s: f64| self.antenna_m + (self.height_m - self.antenna_m) * s / d;
         // Corners in coordinates along the line and to its left.
-        let local = |corner: &Vector2<f64>| {
+        let local = |corner: &Point2<f64>| {
             let offset = corner - self.site_m;
             (offset.dot(&along), along.perp(&offset))
         };
@@ -219,7 +219,7 @@ fn sectors_around(azimuth_rad: f64, half_rad: f64) -> impl Iterator<Item = usize
 impl Skyline {
     /// The table for an antenna over `site_m`.
     #[must_use]
-    pub fn new(buildings: &[Building], site_m: Vector2<f64>) -> Self {
+    pub fn new(buildings: &[Building], site_m: Point2<f64>) -> Self {
         if buildings.is_empty() {
             return Self::default();
         }
@@ -229,7 +229,8 @@ impl Skyline {
             let near = building.nearest_m(site_m);
             near_m.push(near);
             let n = building.footprint_m.len() as f64;
-            let centre = building.footprint_m.iter().sum::<Vector2<f64>>() / n;
+            let corners = building.footprint_m.iter().map(|corner| corner.coords);
+            let centre = Point2::from(corners.sum::<Vector2<f64>>() / n);
             let middle = crate::frames::Azimuth::of(centre - site_m);
             let mut half = 0.0f64;
             for corner in &building.footprint_m {
@@ -334,11 +335,11 @@ impl Traffic {
 /// stands over the last eighth of the length. Shapes assumed after common layouts.
 #[must_use]
 pub fn aircraft_obstacles(
-    place_m: Vector2<f64>,
+    place_m: Point2<f64>,
     heading_rad: f64,
     length_m: f64,
     height_m: f64,
-) -> [([Vector2<f64>; 4], f64); 2] {
+) -> [([Point2<f64>; 4], f64); 2] {
     let (sin, cos) = libm::sincos(heading_rad);
     let (ahead, right) = (Vector2::new(sin, cos), Vector2::new(cos, -sin));
     let rectangle = |from: f64, to: f64, half: f64| {
@@ -354,11 +355,11 @@ mod tests {
 
     #[test]
     fn the_fin_of_an_aircraft_stands_over_its_tail() {
-        let place = Vector2::new(100.0, 200.0);
+        let place = Point2::new(100.0, 200.0);
         // Corners are (east, north); an aircraft of 40 m that heads north, then east.
         let [(body, low_m), (fin, high_m)] = aircraft_obstacles(place, 0.0, 40.0, 12.0);
         assert!((low_m - 5.4).abs() < 1e-12 && high_m == 12.0);
-        let reach = |corners: [Vector2<f64>; 4], axis: usize| {
+        let reach = |corners: [Point2<f64>; 4], axis: usize| {
             let of = corners.map(|c| c[axis]);
             (of.into_iter().fold(f64::INFINITY, f64::min), of.into_iter().fold(-1e9, f64::max))
         };
@@ -376,7 +377,7 @@ mod tests {
 
     #[test]
     fn a_place_is_inside_a_footprint_or_not() {
-        let corner = |x: f64, y: f64| Vector2::new(x, y);
+        let corner = |x: f64, y: f64| Point2::new(x, y);
         // An L: the square between its arms is outside.
         let footprint_m = vec![
             corner(0.0, 0.0),
@@ -404,16 +405,16 @@ mod tests {
 
     fn line(east: f64, north: f64, height_m: f64) -> SightLine {
         SightLine {
-            site_m: Vector2::zeros(),
+            site_m: Point2::origin(),
             antenna_m: 30.0,
-            target_m: Vector2::new(east, north),
+            target_m: Point2::new(east, north),
             height_m,
             wavelength_m: 0.0187,
         }
     }
 
     fn hangar() -> Building {
-        let c = Vector2::new;
+        let c = Point2::new;
         Building {
             name: "hangar".into(),
             footprint_m: vec![c(-50.0, 500.0), c(50.0, 500.0), c(50.0, 540.0), c(-50.0, 540.0)],
@@ -461,12 +462,13 @@ mod tests {
     fn the_skyline_finds_every_building_that_obstructs() {
         let hangar = hangar();
         let buildings = [hangar.clone()];
-        let skyline = Skyline::new(&buildings, Vector2::zeros());
+        let skyline = Skyline::new(&buildings, Point2::origin());
         for i in 0..2000 {
             let (sin, cos) = libm::sincos(f64::from(i) * 0.003_141_5);
             let line = line(900.0 * sin, 900.0 * cos, 2.0);
-            let found =
-                skyline.before(crate::frames::Azimuth::of(line.target_m).rad(), 900.0).count();
+            let found = skyline
+                .before(crate::frames::Azimuth::of(line.target_m.coords).rad(), 900.0)
+                .count();
             let obstruction = line.behind(&hangar.footprint_m, hangar.height_m);
             assert!(found == 1 || obstruction == Obstruction::FREE, "{i}");
         }

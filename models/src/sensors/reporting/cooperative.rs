@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::positioning::{PositioningEffect, PositioningLevels};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::keys::Key;
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, check, number};
@@ -252,7 +252,7 @@ pub(crate) struct Fix {
     /// Time of validity.
     pub(crate) time: SimTime,
     /// Reported position, airport frame, m.
-    pub(crate) position_m: Vector2<f64>,
+    pub(crate) position_m: Point2<f64>,
     /// First axis of the error ellipse.
     pub(crate) axis: Vector2<f64>,
     /// Variances along and across it, m².

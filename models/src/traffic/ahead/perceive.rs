@@ -4,7 +4,7 @@ use super::Moment;
 use crate::control::clearance::{Board, ClearanceKind, Kinds, Strip};
 use crate::control::layout::Layout;
 use crate::control::situation::{Situation, Surveillance};
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2, Vector2, center};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 use crate::traffic::core::{Direction, Flight, OnGround, Seen};
@@ -181,8 +181,8 @@ pub fn stand_of(strip: Option<&Strip>, net: &Network, flight: &Flight) -> usize 
 }
 
 /// Where a line leads beside a point.
-fn direction_of(line_m: &[Vector2<f64>], point_m: Vector2<f64>) -> Option<Vector2<f64>> {
-    let middle = |w: &[Vector2<f64>]| ((w[0] + w[1]) * 0.5 - point_m).norm();
+fn direction_of(line_m: &[Point2<f64>], point_m: Point2<f64>) -> Option<Vector2<f64>> {
+    let middle = |w: &[Point2<f64>]| (center(&w[0], &w[1]) - point_m).norm();
     let nearest = line_m.windows(2).min_by(|a, b| middle(a).total_cmp(&middle(b)))?;
     Some(nearest[1] - nearest[0]).filter(|d| d.norm() > 0.1)
 }

@@ -31,7 +31,7 @@ use crate::airport::Airport;
 use crate::control::clearance::ClearanceKind;
 use crate::control::layout::Layout;
 use crate::flight_list::WakeCategory;
-use crate::frames::{Azimuth, Vector2, Vector3};
+use crate::frames::{Azimuth, Point2, Point3, Vector2};
 use pavement::Pavement;
 
 /// What a mover of this type keeps. Metres, seconds.
@@ -92,7 +92,7 @@ pub struct Seen {
     /// Place in the list of movers.
     pub who: usize,
     /// Position, height over the aerodrome, m.
-    pub position_m: Vector3<f64>,
+    pub position_m: Point3<f64>,
     /// Velocity, east and north, m/s.
     pub velocity_mps: Vector2<f64>,
     /// Heading, rad.
@@ -257,7 +257,7 @@ pub struct Checker {
     who: Vec<Who>,
     last: Vec<Option<Last>>,
     time_s: f64,
-    stands_m: Vec<Vector2<f64>>,
+    stands_m: Vec<Point2<f64>>,
     overlaps: overlaps::Overlaps,
     pavement: Pavement,
     runways: runways::Runways,
@@ -333,14 +333,14 @@ impl Checker {
         }
     }
 
-    fn on_runway(&self, at_m: Vector2<f64>) -> bool {
+    fn on_runway(&self, at_m: Point2<f64>) -> bool {
         self.layout.runways.iter().any(|r| {
             let (s, d) = r.place_m(at_m);
             (0.0..=r.length_m).contains(&s) && d.abs() <= 0.5 * r.width_m
         })
     }
 
-    fn near_runway(&self, at_m: Vector2<f64>) -> bool {
+    fn near_runway(&self, at_m: Point2<f64>) -> bool {
         self.layout.runways.iter().any(|r| {
             let (s, d) = r.place_m(at_m);
             (-100.0..=r.length_m + 100.0).contains(&s) && d.abs() <= r.hold_m + 60.0

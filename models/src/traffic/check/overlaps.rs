@@ -2,7 +2,7 @@
 
 use super::super::outline::{Rectangle, outline, overlap_depth_m};
 use super::{Breaches, Row, Rules, Seen, Who};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::collections::BTreeSet;
 
 /// Pairs that overlapped, each told once.
@@ -12,8 +12,8 @@ pub(super) struct Overlaps {
     pairs: BTreeSet<(usize, usize)>,
 }
 
-fn middle_m(s: &Seen) -> Vector2<f64> {
-    Vector2::new(s.position_m.x, s.position_m.y)
+fn middle_m(s: &Seen) -> Point2<f64> {
+    Point2::new(s.position_m.x, s.position_m.y)
 }
 
 fn reach_m(who: &Who) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::{Breaches, Row, Rules, Seen};
 use crate::airport::{Airport, distance_to_segment_m};
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2};
 use crate::traffic::path::Path;
 use crate::traffic::ways::SHARPEST_TURN_DEG;
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Lines of the network in squares.
 #[derive(Clone, Debug)]
 pub(super) struct Pavement {
-    lines: Vec<[Vector2<f64>; 2]>,
+    lines: Vec<[Point2<f64>; 2]>,
     squares: BTreeMap<(i64, i64), Vec<u32>>,
     off: Breaches,
     /// Who is off now, so that one excursion is one case.
@@ -24,7 +24,7 @@ const CHORD_M: f64 = 8.0;
 /// Longest lead-in that is made up, m.
 const LEAD_IN_M: f64 = 150.0;
 
-fn square(at: Vector2<f64>) -> (i64, i64) {
+fn square(at: Point2<f64>) -> (i64, i64) {
     ((at.x / SQUARE_M).floor() as i64, (at.y / SQUARE_M).floor() as i64)
 }
 
@@ -38,7 +38,7 @@ fn fillet_m(code: Option<char>) -> f64 {
 }
 
 /// Lines of the arcs over the bends of a network: the centreline of an edge ends where the arc to the next one begins.
-fn fillets(airport: &Airport) -> Vec<[Vector2<f64>; 2]> {
+fn fillets(airport: &Airport) -> Vec<[Point2<f64>; 2]> {
     let at = |n: usize| airport.nodes[n].position_m;
     let code = |e: usize| airport.details.edges.get(e).and_then(|d| d.code);
     let mut at_node: Vec<Vec<usize>> = vec![Vec::new(); airport.nodes.len()];
@@ -74,22 +74,22 @@ impl Pavement {
     /// the nearest of all) and is not the lead-in of a stand.
     pub(super) fn of(airport: &Airport) -> Self {
         let at = |n: usize| airport.nodes[n].position_m;
-        let mut lines: Vec<[Vector2<f64>; 2]> =
+        let mut lines: Vec<[Point2<f64>; 2]> =
             airport.edges.iter().map(|e| [at(e.from), at(e.to)]).collect();
         let of_stand =
-            |p: Vector2<f64>| airport.stands.iter().any(|s| (s.position_m - p).norm() < 2.0);
+            |p: Point2<f64>| airport.stands.iter().any(|s| (s.position_m - p).norm() < 2.0);
         let lanes = lines.iter().filter(|l| !l.iter().any(|p| of_stand(*p)));
-        let edges: Vec<[Vector2<f64>; 2]> = lanes.copied().collect();
+        let edges: Vec<[Point2<f64>; 2]> = lanes.copied().collect();
         for stand in &airport.stands {
             let p = stand.position_m;
             let ahead = Azimuth::from_rad(stand.heading_rad).unit();
-            let foot = |[a, b]: &[Vector2<f64>; 2]| {
+            let foot = |[a, b]: &[Point2<f64>; 2]| {
                 let along = b - a;
                 let share = (p - a).dot(&along) / along.norm_squared().max(1e-9);
                 a + along * share.clamp(0.0, 1.0)
             };
             let feet = edges.iter().map(foot);
-            let key = |f: &Vector2<f64>| ((p - f).dot(&ahead) < 0.0, (f - p).norm());
+            let key = |f: &Point2<f64>| ((p - f).dot(&ahead) < 0.0, (f - p).norm());
             let nearest = feet.filter(|f| (f - p).norm() <= LEAD_IN_M).min_by(|a, b| {
                 let (a, b) = (key(a), key(b));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
@@ -121,7 +121,7 @@ impl Pavement {
     }
 
     /// Distance from the network, m; infinite beyond a square.
-    fn distance_m(&self, at: Vector2<f64>) -> f64 {
+    fn distance_m(&self, at: Point2<f64>) -> f64 {
         let near = self.squares.get(&square(at)).map_or(&[][..], |v| &v[..]);
         let each = near.iter().map(|i| {
             let [a, b] = self.lines[*i as usize];
@@ -139,7 +139,7 @@ impl Pavement {
         on_runway: bool,
     ) {
         self.off.of += 1;
-        let at = Vector2::new(s.position_m.x, s.position_m.y);
+        let at = s.position_m.xy();
         let distance_m = if on_runway { 0.0 } else { self.distance_m(at) };
         if distance_m <= rules.pavement_m {
             return;

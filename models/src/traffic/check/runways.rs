@@ -3,7 +3,7 @@
 use super::{Breaches, Given, Row, Rules, Seen, Who};
 use crate::control::clearance::ClearanceKind;
 use crate::control::layout::{Layout, RunwayAxis};
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2};
 use crate::traffic::core::{Direction, departure_gap_s, landing_gap_nm};
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use std::collections::BTreeSet;
@@ -14,7 +14,7 @@ struct Entry {
     who: usize,
     runway: usize,
     time_s: f64,
-    at_m: Vector2<f64>,
+    at_m: Point2<f64>,
 }
 
 /// What was seen of runways.
@@ -36,11 +36,11 @@ const ROLL_MPS: f64 = 18.0;
 /// Runways that are looked at; more than any airport has.
 const MOST: usize = 64;
 
-fn plane(s: &Seen) -> Vector2<f64> {
-    Vector2::new(s.position_m.x, s.position_m.y)
+fn plane(s: &Seen) -> Point2<f64> {
+    Point2::new(s.position_m.x, s.position_m.y)
 }
 
-fn nose(who: &Who, s: &Seen) -> Vector2<f64> {
+fn nose(who: &Who, s: &Seen) -> Point2<f64> {
     plane(s) + Azimuth::from_rad(s.heading_rad).unit() * (0.5 * who.size.length_m)
 }
 
@@ -58,7 +58,7 @@ impl Runways {
     }
 
     fn in_strip(runway: &RunwayAxis, rules: &Rules, who: &Who, s: &Seen) -> bool {
-        let within = |p: Vector2<f64>| {
+        let within = |p: Point2<f64>| {
             let (place, across) = runway.place_m(p);
             let beside = (-30.0..=runway.length_m + 30.0).contains(&place);
             beside && across.abs() < runway.hold_at_m(place, across) - rules.hold_m

@@ -1,7 +1,7 @@
 //! Who is served, who is stuck, and whether anything moves.
 
 use super::{Breaches, Last, Row, Rules, STILL_MPS, Seen, Who};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::traffic::core::Direction;
 
 /// What one mover has done.
@@ -14,7 +14,7 @@ struct Done {
     moved: bool,
     stuck: bool,
     last_s: f64,
-    last_m: Option<(Vector2<f64>, f64)>,
+    last_m: Option<(Point2<f64>, f64)>,
 }
 
 /// Service of all.
@@ -28,12 +28,12 @@ pub(super) struct Service {
     stuck: Breaches,
 }
 
-fn plane(s: &Seen) -> Vector2<f64> {
-    Vector2::new(s.position_m.x, s.position_m.y)
+fn plane(s: &Seen) -> Point2<f64> {
+    Point2::new(s.position_m.x, s.position_m.y)
 }
 
 /// Whether a mover stands on one of the stands: its middle is within its length of one.
-fn on_stand(who: &Who, stands_m: &[Vector2<f64>], at_m: Vector2<f64>) -> bool {
+fn on_stand(who: &Who, stands_m: &[Point2<f64>], at_m: Point2<f64>) -> bool {
     stands_m.iter().any(|s| (s - at_m).norm() <= 0.7 * who.size.length_m.max(20.0))
 }
 
@@ -52,7 +52,7 @@ impl Service {
         &mut self,
         rules: &Rules,
         who: &[Who],
-        stands_m: &[Vector2<f64>],
+        stands_m: &[Point2<f64>],
         time_s: f64,
         seen: &[Seen],
         last: &[Option<Last>],
@@ -114,7 +114,7 @@ impl Service {
         self,
         rules: &Rules,
         who: &[Who],
-        stands_m: &[Vector2<f64>],
+        stands_m: &[Point2<f64>],
         end_s: f64,
     ) -> Row {
         let mut missed = Breaches::default();

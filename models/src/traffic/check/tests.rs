@@ -1,12 +1,13 @@
 use super::*;
 use crate::airport::{Edge, Hold, Node, Runway, Stand};
 use crate::frames::Azimuth;
+use crate::frames::{Point2, Point3};
 
 /// A runway from south to north, a taxiway beside it with one entry, a stand.
 fn airport() -> Airport {
     let node = |name: &str, x: f64, y: f64, hold| Node {
         name: name.into(),
-        position_m: Vector2::new(x, y),
+        position_m: Point2::new(x, y),
         hold,
     };
     let edge = |from, to| Edge {
@@ -17,7 +18,7 @@ fn airport() -> Airport {
         name: String::new(),
         width_m: 23.0,
     };
-    let ends_m = [Vector2::new(0.0, 0.0), Vector2::new(0.0, 2500.0)];
+    let ends_m = [Point2::new(0.0, 0.0), Point2::new(0.0, 2500.0)];
     Airport {
         runways: vec![Runway {
             names: ["36".into(), "18".into()],
@@ -35,7 +36,7 @@ fn airport() -> Airport {
         edges: vec![edge(0, 1), edge(1, 2), edge(2, 3), edge(3, 4)],
         stands: vec![Stand {
             name: "S".into(),
-            position_m: Vector2::new(300.0, 900.0),
+            position_m: Point2::new(300.0, 900.0),
             heading_rad: Azimuth::of(Vector2::new(1.0, 0.0)).rad(),
             node: Some(4),
         }],
@@ -62,7 +63,7 @@ fn who(callsign: &str, direction: Direction) -> Who {
 fn seen(who: usize, x: f64, y: f64, vx: f64, vy: f64) -> Seen {
     let v = Vector2::new(vx, vy);
     let heading_rad = if v.norm() > 0.0 { Azimuth::of(v).rad() } else { 0.0 };
-    Seen { who, position_m: Vector3::new(x, y, 0.0), velocity_mps: v, heading_rad }
+    Seen { who, position_m: Point3::new(x, y, 0.0), velocity_mps: v, heading_rad }
 }
 
 fn checker(movers: &[Who]) -> Checker {
@@ -126,7 +127,7 @@ fn the_arc_over_a_bend_is_pavement() {
     // as the gear follows.
     let drive = |radius_m: f64, length_m: f64, wheelbase_m: f64| {
         let points = [(20.0, 100.0), (200.0, 100.0), (200.0, 400.0)];
-        let points = points.map(|(x, y)| Vector2::new(x, y));
+        let points = points.map(|(x, y)| Point2::new(x, y));
         let (path, _) = crate::traffic::path::Path::over(&points, |_, _| radius_m);
         let mut c = checker(&[who("A", Direction::Departure)]);
         let (mut heading_rad, step_m) = (path.at(0.0).heading_rad, 0.5);
@@ -331,7 +332,7 @@ fn each_act_needs_its_clearance() {
 fn a_clearance_holds_for_a_runway_whose_end_lies_in_the_strip() {
     let cross = |end_y: f64| {
         let mut a = airport();
-        let ends_m = [Vector2::new(-end_y, 120.0), Vector2::new(-end_y - 1500.0, 120.0)];
+        let ends_m = [Point2::new(-end_y, 120.0), Point2::new(-end_y - 1500.0, 120.0)];
         a.runways.push(Runway {
             names: ["27".into(), "09".into()],
             ends_m,

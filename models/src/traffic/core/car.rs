@@ -1,13 +1,13 @@
 //! The vehicle of a failure `vehicle_on_runway`: straight over the grass across a runway, with a stay on its centreline.
 
-use crate::frames::{Azimuth, Vector2, Vector3};
+use crate::frames::{Azimuth, Point2, Point3, Vector2, Vector3};
 use crate::truth::TruthState;
 
 /// A vehicle that drives straight across a runway, with a stay on its centreline.
 #[derive(Clone, Debug)]
 pub(super) struct Car {
     pub(super) runway: usize,
-    from_m: Vector2<f64>,
+    from_m: Point2<f64>,
     along: Vector2<f64>,
     half_m: f64,
     pub(super) start_s: f64,
@@ -26,7 +26,7 @@ impl Car {
     /// Across runway `runway` at a place of its centreline, m, from a side (unit vector); stands on the centreline for `stay_s`.
     pub(super) fn across(
         runway: usize,
-        centre_m: Vector2<f64>,
+        centre_m: Point2<f64>,
         side: Vector2<f64>,
         start_s: f64,
         stay_s: f64,
@@ -36,7 +36,7 @@ impl Car {
     }
 
     /// Where it begins, m.
-    pub(super) fn begin_m(centre_m: Vector2<f64>, side: Vector2<f64>) -> Vector2<f64> {
+    pub(super) fn begin_m(centre_m: Point2<f64>, side: Vector2<f64>) -> Point2<f64> {
         centre_m + side * CAR_HALF_M
     }
 
@@ -101,7 +101,7 @@ impl Car {
         let (d, v, a) = self.place(now);
         let (p, u) = (self.from_m + self.along * d, self.along);
         Some(TruthState {
-            position_m: Vector3::new(p.x, p.y, 0.0),
+            position_m: Point3::new(p.x, p.y, 0.0),
             velocity_mps: Vector3::new(u.x * v, u.y * v, 0.0),
             acceleration_ms2: Vector3::new(u.x * a, u.y * a, 0.0),
             heading_rad: Azimuth::of(u).rad(),

@@ -6,7 +6,7 @@
 use super::car::Car;
 use super::{Arcs, Core, Phase};
 use crate::airport::distance_to_segment_m;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_time_s};
 use crate::truth::TruthState;
 use std::sync::Arc;
@@ -155,7 +155,7 @@ impl Core {
 
     /// The way that a flight is cleared for, m; empty before it has one.
     #[must_use]
-    pub fn cleared_way_m(&self, flight: usize) -> &[Vector2<f64>] {
+    pub fn cleared_way_m(&self, flight: usize) -> &[Point2<f64>] {
         &self.movers[flight].cleared_way_m
     }
 
@@ -172,7 +172,7 @@ impl Core {
 
     /// Place of a stand, m.
     #[must_use]
-    pub fn stand_m(&self, stand: usize) -> Vector2<f64> {
+    pub fn stand_m(&self, stand: usize) -> Point2<f64> {
         self.net.stands[stand].at_m
     }
 
@@ -336,7 +336,7 @@ impl Core {
         let net = &self.net;
         let off = |edge: usize| net.edges[edge].strip.is_none() && net.edges[edge].runway.is_none();
         let place = |node: usize| net.nodes[node].at_m;
-        let beside_m = |p: Vector2<f64>| {
+        let beside_m = |p: Point2<f64>| {
             let ends = arcs.iter().map(|a| (place(Arcs::from(net, *a)), place(Arcs::to(net, *a))));
             ends.map(|(a, b)| distance_to_segment_m(p, a, b)).fold(f64::INFINITY, f64::min)
         };
@@ -471,13 +471,13 @@ impl Core {
         end: usize,
         toward: Vector2<f64>,
         right: Vector2<f64>,
-    ) -> (Vector2<f64>, Vector2<f64>) {
+    ) -> (Point2<f64>, Vector2<f64>) {
         let runway = &self.net.runways[r];
         let centre = |more_m: f64| {
             let place_m = runway.displaced_m[end] + 900.0 + more_m;
             runway.ends_m[end] + toward * place_m.min(runway.length_m - 300.0)
         };
-        let in_strip = |at: Vector2<f64>| {
+        let in_strip = |at: Point2<f64>| {
             self.net.runways.iter().enumerate().any(|(other, o)| {
                 let off_m = distance_to_segment_m(at, o.ends_m[0], o.ends_m[1]);
                 other != r && off_m <= o.hold_distance_m + CAR_CLEAR_M

@@ -7,7 +7,7 @@
 
 use super::{Core, Order};
 use crate::airport::inside;
-use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
+use crate::frames::{Azimuth, Point2, Point3, Vector2, Vector3, wrap_pi};
 use crate::traffic::outline::{Size, distance_to_line_m, outline};
 use crate::truth::TruthState;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ pub struct Driven {
     /// Largest acceleration, and usual braking, m/s².
     pub acc_dec_mps2: (f64, f64),
     /// Where its middle stands at first, m east and north.
-    pub at_m: Vector2<f64>,
+    pub at_m: Point2<f64>,
     /// Where it looks at first, rad clockwise from north.
     pub heading_rad: f64,
 }
@@ -48,7 +48,7 @@ pub struct AtWheel {
     /// Somebody has it.
     pub taken: bool,
     /// Place of its middle, m east and north.
-    pub at_m: Vector2<f64>,
+    pub at_m: Point2<f64>,
     /// Where it looks, rad clockwise from north.
     pub heading_rad: f64,
     /// Speed, negative backwards, m/s, and its change, m/s².
@@ -103,7 +103,7 @@ pub(super) struct Hand {
     /// Since when all of the brake is held, s of simulated time.
     held_since_s: Option<f64>,
     /// The guided point, m.
-    pub(super) nose_m: Vector2<f64>,
+    pub(super) nose_m: Point2<f64>,
     pub(super) heading_rad: f64,
     pub(super) v: f64,
     pub(super) a: f64,
@@ -148,7 +148,7 @@ impl Hand {
         !self.taken || now_s - self.heard_s > SILENT_S
     }
 
-    pub(super) fn middle_m(&self) -> Vector2<f64> {
+    pub(super) fn middle_m(&self) -> Point2<f64> {
         self.nose_m - Azimuth::from_rad(self.heading_rad).unit() * (0.4 * self.of.size.length_m)
     }
 
@@ -228,7 +228,7 @@ impl Hand {
     }
 
     /// Where it will be while it comes to a stand with usual braking: seconds from now, middle, heading; now first.
-    pub(super) fn stopping(&self) -> Vec<(f64, Vector2<f64>, f64)> {
+    pub(super) fn stopping(&self) -> Vec<(f64, Point2<f64>, f64)> {
         let mut then = self.clone();
         then.taken = false;
         let mut way = vec![(0.0, then.middle_m(), then.heading_rad)];
@@ -306,7 +306,7 @@ impl Hand {
         let (velocity, acceleration) = if still { (zero, zero) } else { (velocity, acceleration) };
         let middle = self.middle_m();
         TruthState {
-            position_m: Vector3::new(middle.x, middle.y, 0.0),
+            position_m: Point3::new(middle.x, middle.y, 0.0),
             velocity_mps: Vector3::new(velocity.x, velocity.y, 0.0),
             acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, 0.0),
             heading_rad: self.heading_rad,
@@ -324,7 +324,7 @@ impl Core {
         mut self,
         all: &[Driven],
         flights: bool,
-        pavement_m: Vec<Vec<Vector2<f64>>>,
+        pavement_m: Vec<Vec<Point2<f64>>>,
     ) -> Self {
         self.flights_by_hand = flights;
         if all.is_empty() && !flights {

@@ -14,7 +14,7 @@ pub(super) use join::Join;
 use super::arrival::{Tried, time_to_threshold_s};
 use super::runway::arrival_gap_s;
 use super::{Core, Direction, FINAL_M, Flight, Mover, Phase, Policy, class_of};
-use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
+use crate::frames::{Azimuth, Point2, Point3, Vector2, Vector3, center, wrap_pi};
 use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_airspeed_mps};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ pub struct Given {
     /// Stand wanted; else any that is large enough.
     pub stand: Option<usize>,
     /// Its middle, m east, north and up.
-    pub at_m: Vector3<f64>,
+    pub at_m: Point3<f64>,
     /// Over the ground, m/s.
     pub velocity_mps: Vector3<f64>,
     /// When it is there, s of the run.
@@ -301,7 +301,7 @@ impl Core {
     }
 
     /// Threshold and direction of a runway end.
-    fn threshold_m(&self, (r, end): (usize, usize)) -> (Vector2<f64>, Vector2<f64>) {
+    fn threshold_m(&self, (r, end): (usize, usize)) -> (Point2<f64>, Vector2<f64>) {
         let runway = &self.net.runways[r];
         let along = (runway.ends_m[1 - end] - runway.ends_m[end]).normalize();
         (runway.ends_m[end] + along * runway.displaced_m[end], along)
@@ -443,7 +443,7 @@ impl Core {
             return Ok(stand);
         }
         let [a, b] = self.net.runways[r].ends_m;
-        let middle_m = (a + b) * 0.5;
+        let middle_m = center(&a, &b);
         let key = |s: usize| (self.net.stands[s].code, (self.net.stands[s].at_m - middle_m).norm());
         (0..self.net.stands.len())
             .filter(fits)

@@ -118,7 +118,7 @@ struct Mover {
     /// By a failure: stands, is towed.
     stopped: bool,
     towed: bool,
-    cleared_way_m: Vec<crate::frames::Vector2<f64>>,
+    cleared_way_m: Vec<crate::frames::Point2<f64>>,
     /// It is the way from this place on, and has not been drawn yet, m.
     cleared_from_m: Option<f64>,
     /// A person drives it.
@@ -195,7 +195,7 @@ pub struct Core {
     hands: Vec<hand::Hand>,
     flights_by_hand: bool,
     handovers: handover::Handovers,
-    pavement_m: Arc<Vec<Vec<crate::frames::Vector2<f64>>>>,
+    pavement_m: Arc<Vec<Vec<crate::frames::Point2<f64>>>>,
     /// By stand, size, runway and end: whether there is a way to leave it by.
     leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
     /// Rings of movers that wait for each other under a policy that rules them out.
@@ -425,7 +425,7 @@ impl Core {
     }
 
     /// The way from a place on as a line, a point every 8 m.
-    fn line_of(way: &Way, from_m: f64) -> Vec<crate::frames::Vector2<f64>> {
+    fn line_of(way: &Way, from_m: f64) -> Vec<crate::frames::Point2<f64>> {
         let count = ((way.stop_m - from_m) / 8.0).clamp(0.0, 5000.0) as usize;
         let mut line: Vec<_> =
             (0..=count).map(|i| way.path.at(from_m + 8.0 * i as f64).at_m).collect();

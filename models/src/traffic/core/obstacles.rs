@@ -5,7 +5,7 @@
 //! reported if they overlap. Movers that people drive ([`hand`](super::hand)) are looked at alike, on the way on which they could stop.
 
 use super::{Core, Mover, Phase};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::time::SimTime;
 use crate::traffic::outline::{Rectangle, Size, distance_m, distance_to_line_m, outline};
 use crate::traffic::pieces::SIZES;
@@ -29,7 +29,7 @@ pub struct Obstacle {
 pub(super) struct Obstacles {
     all: Arc<Vec<Obstacle>>,
     /// By piece: its line; by square: pieces.
-    lines: Arc<Vec<[Vector2<f64>; 2]>>,
+    lines: Arc<Vec<[Point2<f64>; 2]>>,
     squares: Arc<BTreeMap<(i64, i64), Vec<u32>>>,
     /// By piece: who touches it, from how far from its line, m.
     held: BTreeMap<u32, Vec<(u32, f64)>>,
@@ -47,7 +47,7 @@ const MOST_AHEAD_S: f64 = 20.0;
 /// A runway is left to those who come into its strip within, s.
 const RUNWAY_AHEAD_S: f64 = 60.0;
 
-fn square(at: Vector2<f64>) -> (i64, i64) {
+fn square(at: Point2<f64>) -> (i64, i64) {
     ((at.x / SQUARE_M).floor() as i64, (at.y / SQUARE_M).floor() as i64)
 }
 
@@ -70,7 +70,7 @@ impl Core {
             let along = (b - a) / (b - a).norm().max(1e-9);
             [a + along * piece.from_m, a + along * piece.to_m]
         };
-        let lines: Vec<[Vector2<f64>; 2]> = self.pieces.list.iter().map(line).collect();
+        let lines: Vec<[Point2<f64>; 2]> = self.pieces.list.iter().map(line).collect();
         let mut squares: BTreeMap<(i64, i64), Vec<u32>> = BTreeMap::new();
         for (z, [a, b]) in lines.iter().enumerate() {
             // Pieces are shorter than a square: both ends say where they are.
@@ -108,7 +108,7 @@ impl Core {
     }
 
     /// Lines of pieces within a square of a place.
-    pub(super) fn lines_near(&self, at: Vector2<f64>) -> impl Iterator<Item = [Vector2<f64>; 2]> {
+    pub(super) fn lines_near(&self, at: Point2<f64>) -> impl Iterator<Item = [Point2<f64>; 2]> {
         let (x, y) = square(at);
         let squares = (x - 1..=x + 1).flat_map(move |x| (y - 1..=y + 1).map(move |y| (x, y)));
         let pieces = squares.filter_map(|s| self.obstacles.squares.get(&s)).flatten();
@@ -164,7 +164,7 @@ impl Core {
         let all = Arc::clone(&self.obstacles.all);
         let mut held: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
         let mut runways = vec![None; self.net.runways.len()];
-        let mut bodies: Vec<(usize, Vector2<f64>, [Rectangle; 2])> = Vec::new();
+        let mut bodies: Vec<(usize, Point2<f64>, [Rectangle; 2])> = Vec::new();
         let mut hold = |o: usize, touched: BTreeMap<u32, f64>| {
             for (z, distance_m) in touched {
                 held.entry(z).or_default().push((o as u32, distance_m));
@@ -223,7 +223,7 @@ impl Core {
     }
 
     /// An obstacle at a place has the runways in whose strips that is; one that never moves only those that it stands on.
-    fn occupy(&self, runways: &mut [Option<usize>], o: usize, at: Vector2<f64>, moves: bool) {
+    fn occupy(&self, runways: &mut [Option<usize>], o: usize, at: Point2<f64>, moves: bool) {
         for (r, runway) in self.net.runways.iter().enumerate() {
             let (place, across) = runway.place_m(at);
             let beside = (-60.0..=runway.length_m + 60.0).contains(&place);
@@ -239,7 +239,7 @@ impl Core {
     fn touched(
         &self,
         size: Size,
-        poses: impl Iterator<Item = (Vector2<f64>, f64)>,
+        poses: impl Iterator<Item = (Point2<f64>, f64)>,
     ) -> BTreeMap<u32, f64> {
         let mut touched: BTreeMap<u32, f64> = BTreeMap::new();
         let mut last = None;
@@ -263,7 +263,7 @@ impl Core {
         touched
     }
 
-    fn tell_overlaps(&mut self, bodies: &[(usize, Vector2<f64>, [Rectangle; 2])]) {
+    fn tell_overlaps(&mut self, bodies: &[(usize, Point2<f64>, [Rectangle; 2])]) {
         let mut found = Vec::new();
         for m in 0..self.movers.len() {
             let there = !matches!(self.movers[m].phase, Phase::Absent | Phase::Gone | Phase::Final);

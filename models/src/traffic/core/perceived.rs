@@ -9,7 +9,7 @@ use super::arrival::Tried;
 use super::plan::Start;
 use super::runway::TookOff;
 use super::{Core, Direction, Flight, Phase, Policy, TAIL_M};
-use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::frames::{Azimuth, Point2, center, wrap_pi};
 use crate::traffic::network::Network;
 use crate::traffic::pieces::Pieces;
 use crate::traffic::runway_roll::approach_airspeed_mps;
@@ -20,13 +20,13 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OnGround {
     /// Middle of its length, m.
-    pub middle_m: Vector2<f64>,
+    pub middle_m: Point2<f64>,
     /// Where it looks, rad clockwise from north.
     pub heading_rad: f64,
     /// Ground speed, m/s.
     pub speed_mps: f64,
     /// The way that it was cleared for, m; empty where that is not known.
-    pub cleared_way_m: Vec<Vector2<f64>>,
+    pub cleared_way_m: Vec<Point2<f64>>,
     /// Does not move before, s from now: its engines start.
     pub starts_in_s: f64,
     /// Of an arrival: the stand that it was given.
@@ -231,7 +231,7 @@ impl Core {
         found.into_iter().take(TRIED).map(|f| f.1).collect()
     }
 
-    fn guided_m(&self, m: usize, at: &OnGround) -> Vector2<f64> {
+    fn guided_m(&self, m: usize, at: &OnGround) -> Point2<f64> {
         at.middle_m
             + Azimuth::from_rad(at.heading_rad).unit() * (0.4 * self.flights[m].size.length_m)
     }
@@ -346,7 +346,7 @@ impl Core {
     }
 
     /// Lays the way of a departure to its runway or of an arrival to its stand, from an arc on.
-    fn lay_from(&mut self, m: usize, from: usize, cleared_m: &[Vector2<f64>]) -> bool {
+    fn lay_from(&mut self, m: usize, from: usize, cleared_m: &[Point2<f64>]) -> bool {
         let (r, arrives) =
             (self.flights[m].runway.0, self.flights[m].direction == Direction::Arrival);
         let closed = self.closed_for_ever(m);
@@ -355,9 +355,8 @@ impl Core {
         let stand = net.stands[self.movers[m].stand].node;
         let shut = |e: usize| closed[e] && e != from / 2 || net.edges[e].runway == Some(r);
         let slow = |arc: usize| {
-            let middle = (net.nodes[net.edges[arc / 2].nodes[0]].at_m
-                + net.nodes[net.edges[arc / 2].nodes[1]].at_m)
-                * 0.5;
+            let [a, b] = net.edges[arc / 2].nodes.map(|node| net.nodes[node].at_m);
+            let middle = center(&a, &b);
             !cleared_m.is_empty() && beside_line_m(cleared_m, middle) > OFF_WAY_M
         };
         let found = if arrives {
@@ -450,7 +449,7 @@ impl Core {
 }
 
 /// Distance from a line of points to a point, m.
-fn beside_line_m(line_m: &[Vector2<f64>], point_m: Vector2<f64>) -> f64 {
+fn beside_line_m(line_m: &[Point2<f64>], point_m: Point2<f64>) -> f64 {
     let pieces = line_m.windows(2).map(|w| {
         let along = w[1] - w[0];
         let share = ((point_m - w[0]).dot(&along) / along.norm_squared().max(1e-9)).clamp(0.0, 1.0);

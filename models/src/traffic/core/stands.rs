@@ -23,7 +23,7 @@ impl Core {
         in_line_m.max(on_place_m).clamp(0.0, s.moved_m.max(0.0))
     }
 
-    pub(super) fn stand_pose(&self, stand: usize, size: Size) -> (nalgebra::Vector2<f64>, f64) {
+    pub(super) fn stand_pose(&self, stand: usize, size: Size) -> (nalgebra::Point2<f64>, f64) {
         let s = &self.net.stands[stand];
         let Some(node) = s.node else { return (s.at_m, s.heading_rad) };
         let into = self.stand_arc(node);

@@ -2,7 +2,7 @@
 
 use super::departure::push_heading;
 use super::{Core, FINAL_M, Phase};
-use crate::frames::{Azimuth, Vector3, wrap_pi};
+use crate::frames::{Azimuth, Point3, Vector3, wrap_pi};
 use crate::truth::TruthState;
 
 impl Core {
@@ -32,7 +32,7 @@ impl Core {
         if m.phase == Phase::Parked || stands_on.pieces.is_empty() {
             // On its stand, whatever is planned.
             let (at, heading_rad) = self.stand_pose(m.stand, f.size);
-            return Some(still(Vector3::new(at.x, at.y, 0.0), heading_rad));
+            return Some(still(Point3::new(at.x, at.y, 0.0), heading_rad));
         }
         let on = stands_on.path.at(m.s);
         let (heading, turn_rate, along, push) = if pushing {
@@ -69,7 +69,7 @@ impl Core {
         let pitch_rad =
             if m.height_m > 0.0 && m.v > 1.0 { libm::atan2(climb_mps, m.v) } else { 0.0 };
         Some(TruthState {
-            position_m: Vector3::new(middle.x, middle.y, m.height_m + above),
+            position_m: Point3::new(middle.x, middle.y, m.height_m + above),
             velocity_mps: Vector3::new(velocity.x, velocity.y, if still { 0.0 } else { climb_mps }),
             acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, 0.0),
             heading_rad: match m.join {
@@ -125,7 +125,7 @@ impl Core {
     }
 }
 
-fn still(position_m: Vector3<f64>, heading_rad: f64) -> TruthState {
+fn still(position_m: Point3<f64>, heading_rad: f64) -> TruthState {
     let zero = Vector3::zeros();
     TruthState {
         position_m,

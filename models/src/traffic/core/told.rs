@@ -9,7 +9,7 @@
 
 use super::{Core, Direction, Flight, Phase, Policy};
 use crate::control::clearance::ClearanceKind;
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::{Azimuth, Point2};
 use crate::traffic::outline::{Rectangle, Size, distance_m, outline};
 use crate::traffic::profile::stopping_speed_mps;
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
@@ -40,12 +40,12 @@ struct Body {
     /// Whose, as [`Core::name_of`] counts.
     who: usize,
     after_s: f64,
-    middle_m: Vector2<f64>,
+    middle_m: Point2<f64>,
     reach_m: f64,
     outline: [Rectangle; 2],
 }
 
-fn body(who: usize, size: Size, middle_m: Vector2<f64>, heading_rad: f64, after_s: f64) -> Body {
+fn body(who: usize, size: Size, middle_m: Point2<f64>, heading_rad: f64, after_s: f64) -> Body {
     let reach_m = 0.5 * libm::hypot(size.length_m, size.span_m);
     Body { who, after_s, middle_m, reach_m, outline: outline(size, middle_m, heading_rad) }
 }
@@ -400,7 +400,7 @@ impl Core {
         let own = self.by_sight.contains(&m);
         let (r, end) = self.flights[m].runway;
         let runway = &self.net.runways[r];
-        let on_it = |at: Vector2<f64>, length_m: f64| {
+        let on_it = |at: Point2<f64>, length_m: f64| {
             let (place_m, across_m) = runway.place_m(at);
             let along_m = if end == 0 { place_m } else { runway.length_m - place_m };
             let half_m = 0.5 * length_m;

@@ -2,7 +2,7 @@
 
 use super::{NetEdge, NetRunway, Network, named};
 use crate::airport::Airport;
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use std::collections::BTreeSet;
 
 /// Between the edge of a runway and the nearest place where one holds, m.
@@ -13,7 +13,7 @@ const BEYOND_END_M: f64 = 60.0;
 
 impl NetRunway {
     /// Whether a place lies in the strip behind an end, not beside the runway.
-    fn has_behind_end(&self, at_m: Vector2<f64>) -> bool {
+    fn has_behind_end(&self, at_m: Point2<f64>) -> bool {
         let (place_m, across_m) = self.place_m(at_m);
         let behind_m = (-place_m).max(place_m - self.length_m);
         (0.0..BEYOND_END_M).contains(&behind_m) && across_m.abs() < self.hold_distance_m

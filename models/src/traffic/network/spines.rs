@@ -157,6 +157,7 @@ impl Network {
 mod tests {
     use super::*;
     use crate::airport::{Airport, Edge, Hold, Node, Runway};
+    use crate::frames::Point2;
     use crate::frames::Vector2;
 
     /// Two runways that cross, each with taxiways over it, one of which comes to the crossing within a metre: as at Bradley, Punta
@@ -168,9 +169,9 @@ mod tests {
             for angle_deg in [40.0_f64, 75.0, 90.0, 130.0] {
                 let (sin, cos) = libm::sincos(angle_deg.to_radians());
                 let along = Vector2::new(cos, sin);
-                let at = Vector2::new(1200.0, 0.0);
+                let at = Point2::new(1200.0, 0.0);
                 let ends = [
-                    [Vector2::new(0.0, 0.0), Vector2::new(2500.0, 0.0)],
+                    [Point2::new(0.0, 0.0), Point2::new(2500.0, 0.0)],
                     [at - along * 700.0, at + along * 900.0],
                 ];
                 let runway = |names: [&str; 2], ends_m| Runway {
@@ -186,8 +187,8 @@ mod tests {
                     at + Vector2::new(dx, dy),
                     at + Vector2::new(150.0, 260.0),
                     at + along * 400.0 + Vector2::new(1.0, 0.5),
-                    Vector2::new(600.0, -4.0),
-                    Vector2::new(600.0, 300.0),
+                    Point2::new(600.0, -4.0),
+                    Point2::new(600.0, 300.0),
                 ];
                 for (k, position_m) in places.into_iter().enumerate() {
                     let name = format!("n{k}");

@@ -9,7 +9,7 @@ use super::phases::Roll;
 use super::reject::{Clean, on_track};
 use super::{Rule, Tally};
 use crate::airport::Runway;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Common error of the positions of a flight, m (assumed).
 const BIAS_M: f64 = 5.0;
@@ -31,7 +31,7 @@ pub(super) fn centred(
             continue;
         };
         let before = clean.clone();
-        let shift = |t: f64, p: Vector2<f64>| shift(&before, runway, t, p);
+        let shift = |t: f64, p: Point2<f64>| shift(&before, runway, t, p);
         for fix in &mut clean.fixes {
             if fix.t >= roll.from as f64 && fix.t <= roll.to as f64 {
                 let by = shift(fix.t, fix.p);
@@ -68,7 +68,7 @@ fn is_on(clean: &Clean, roll: &Roll, runway: &Runway) -> bool {
 }
 
 /// Direction of the runway, distance left of its centreline, and distance beyond its nearer end.
-fn place(runway: &Runway, p: Vector2<f64>) -> (Vector2<f64>, f64, f64) {
+fn place(runway: &Runway, p: Point2<f64>) -> (Vector2<f64>, f64, f64) {
     let way = runway.ends_m[1] - runway.ends_m[0];
     let length_m = way.norm();
     let along = way / length_m.max(1e-9);
@@ -78,7 +78,7 @@ fn place(runway: &Runway, p: Vector2<f64>) -> (Vector2<f64>, f64, f64) {
 }
 
 /// How far a position at time `t` is moved.
-fn shift(clean: &Clean, runway: &Runway, t: f64, p: Vector2<f64>) -> Vector2<f64> {
+fn shift(clean: &Clean, runway: &Runway, t: f64, p: Point2<f64>) -> Vector2<f64> {
     let (along, across_m, beyond_m) = place(runway, p);
     let track_m = place(runway, on_track(&clean.rough, t)).1;
     let v = clean.velocity(t);

@@ -5,7 +5,7 @@ use super::super::fit::{Bound, Control, Datum, Fit};
 use super::super::spline::Spline;
 use super::Work;
 use super::reject::on_track;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Distance of the controls of a path, m.
 const PATH_STEP_M: f64 = 4.0;
@@ -18,9 +18,9 @@ pub(super) const BEGIN_M: f64 = BEYOND_M + MARGIN_M;
 
 impl Work<'_> {
     /// Points that the path shall meet: the rough track, thinned, with each standstill one point.
-    fn points(&self, from: usize, to: usize) -> Vec<(f64, Vector2<f64>)> {
+    fn points(&self, from: usize, to: usize) -> Vec<(f64, Point2<f64>)> {
         let step_m = (0.7 * self.clean.sigma_m).max(2.0);
-        let mut points: Vec<(f64, Vector2<f64>)> = Vec::new();
+        let mut points: Vec<(f64, Point2<f64>)> = Vec::new();
         let mut quarter = 4 * from;
         while quarter <= 4 * to {
             let t = quarter as f64 * 0.25;
@@ -51,7 +51,7 @@ impl Work<'_> {
         &self,
         from: usize,
         to: usize,
-        begin: Option<(Vector2<f64>, Vector2<f64>)>,
+        begin: Option<(Point2<f64>, Vector2<f64>)>,
     ) -> Option<Spline<2>> {
         let mut timed = self.points(from, to);
         if let Some((here, ahead)) = begin {
@@ -64,7 +64,7 @@ impl Work<'_> {
             let ahead = begin.map_or(Vector2::new(0.0, 1.0), |b| b.1);
             timed = vec![(from as f64, here), (to as f64, here + ahead * 2.0)];
         }
-        let points: Vec<Vector2<f64>> = timed.iter().map(|p| p.1).collect();
+        let points: Vec<Point2<f64>> = timed.iter().map(|p| p.1).collect();
         let speeds: Vec<f64> = timed.iter().map(|p| self.clean.speed(p.0)).collect();
         let mut places = vec![if begin.is_some() { 0.0 } else { MARGIN_M }];
         for pair in points.windows(2) {
@@ -95,10 +95,10 @@ impl Work<'_> {
     /// Smooth path near points at given places, curvature within the limit.
     fn path_through(
         &self,
-        points: &[Vector2<f64>],
+        points: &[Point2<f64>],
         places: &[f64],
         speeds: &[f64],
-        begin: Option<(Vector2<f64>, Vector2<f64>)>,
+        begin: Option<(Point2<f64>, Vector2<f64>)>,
     ) -> Option<Spline<2>> {
         // Spectral density of the change of curvature along the path, 1/m³.
         const BEND_DENSITY: f64 = 1e-4;
@@ -169,11 +169,11 @@ impl Work<'_> {
 /// Takes detours out of slow phases: from each point the farthest one within `reach_m` that is reached
 /// by a line much longer than straight, all of it slow, comes next.
 fn straightened(
-    points: &[(f64, Vector2<f64>)],
+    points: &[(f64, Point2<f64>)],
     reach_m: f64,
     is_slow: impl Fn(f64) -> bool,
-) -> Vec<(f64, Vector2<f64>)> {
-    let mut kept: Vec<(f64, Vector2<f64>)> = Vec::with_capacity(points.len());
+) -> Vec<(f64, Point2<f64>)> {
+    let mut kept: Vec<(f64, Point2<f64>)> = Vec::with_capacity(points.len());
     let mut i = 0;
     while i < points.len() {
         kept.push(points[i]);
@@ -198,16 +198,16 @@ fn straightened(
 
 /// Replaces what turns sharper than `radius_m` by the shortest way that does not.
 pub(in crate::truth) fn turned(
-    timed: &[(f64, Vector2<f64>)],
+    timed: &[(f64, Point2<f64>)],
     radius_m: f64,
-) -> Vec<(f64, Vector2<f64>)> {
+) -> Vec<(f64, Point2<f64>)> {
     const WINDOW_M: f64 = 24.0;
     const STEP_M: f64 = 2.0;
     let count = timed.len();
     if count < 4 {
         return timed.to_vec();
     }
-    let points: Vec<Vector2<f64>> = timed.iter().map(|p| p.1).collect();
+    let points: Vec<Point2<f64>> = timed.iter().map(|p| p.1).collect();
     let mut places = vec![0.0];
     for pair in points.windows(2) {
         places.push(places[places.len() - 1] + (pair[1] - pair[0]).norm());
@@ -277,7 +277,7 @@ pub(in crate::truth) fn turned(
 /// goes on straight for `beyond_m` at its end, and before its begin unless that is given.
 fn by_length(
     path: &Spline<2>,
-    begin: Option<(Vector2<f64>, Vector2<f64>)>,
+    begin: Option<(Point2<f64>, Vector2<f64>)>,
     beyond_m: f64,
 ) -> Option<Spline<2>> {
     let table = PathTable::of(path);
@@ -285,7 +285,7 @@ fn by_length(
     let straight = |at: f64, along_m: f64| {
         let jet = path.at(at);
         let ahead = Vector2::from(jet.first).normalize();
-        Vector2::from(jet.value) + ahead * along_m
+        Point2::from(jet.value) + ahead * along_m
     };
     let (before_m, margin_m) = match begin {
         Some(_) => (0.0, 0.0),
@@ -321,7 +321,7 @@ fn by_length(
 
 /// A path sampled every half metre.
 pub(super) struct PathTable {
-    points: Vec<Vector2<f64>>,
+    points: Vec<Point2<f64>>,
     /// Curvature, 1/m.
     bends: Vec<f64>,
     /// Length from the begin, m.
@@ -339,8 +339,8 @@ impl PathTable {
             let (d, dd) = (jet.first, jet.second);
             let speed2 = d[0] * d[0] + d[1] * d[1];
             let bend = (d[0] * dd[1] - d[1] * dd[0]).abs() / (speed2 * speed2.sqrt()).max(1e-6);
-            let point = Vector2::from(jet.value);
-            let length = table.points.last().map_or(0.0, |p: &Vector2<f64>| (point - p).norm());
+            let point = Point2::from(jet.value);
+            let length = table.points.last().map_or(0.0, |p: &Point2<f64>| (point - p).norm());
             table.lengths.push(table.lengths.last().copied().unwrap_or(0.0) + length);
             table.points.push(point);
             table.bends.push(bend);
@@ -355,7 +355,7 @@ impl PathTable {
     }
 
     /// Place of the nearest point between two places, and its distance.
-    pub(super) fn nearest(&self, p: Vector2<f64>, from_m: f64, to_m: f64) -> (f64, f64) {
+    pub(super) fn nearest(&self, p: Point2<f64>, from_m: f64, to_m: f64) -> (f64, f64) {
         let range = self.range(from_m, to_m);
         let best = range
             .map(|i| (i, (self.points[i] - p).norm_squared()))

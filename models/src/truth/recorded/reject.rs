@@ -6,7 +6,7 @@
 
 use super::super::fit::{Control, Datum, Fit};
 use super::{Record, Rule, Tally};
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 
 /// Positions that are left, with times in seconds since the first of them.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub(super) struct Clean {
     /// Typical error of a position across the track, m.
     pub(super) sigma_m: f64,
     /// Smoothed track at whole seconds.
-    pub(super) rough: Vec<Vector2<f64>>,
+    pub(super) rough: Vec<Point2<f64>>,
     /// Typical speed around each fix, m/s.
     pub(super) speeds_mps: Vec<f64>,
 }
@@ -44,7 +44,7 @@ impl Clean {
 pub(super) struct Fix {
     pub(super) line: usize,
     pub(super) t: f64,
-    pub(super) p: Vector2<f64>,
+    pub(super) p: Point2<f64>,
 }
 
 /// Positions are late by up to about this, s: an error along the track that grows with speed.
@@ -67,7 +67,7 @@ pub(super) fn clean(
     for (time_ms, record) in &ordered {
         let t = (time_ms - t0) as f64 * 1e-3;
         match record.position_m {
-            Some(p) if p.norm() <= REACH_M => {
+            Some(p) if p.coords.norm() <= REACH_M => {
                 if fixes.last().is_some_and(|last| t - last.t < OFTEN_S) {
                     tally.add(Rule::TooOften, record.line);
                 } else {
@@ -183,9 +183,9 @@ fn consistent(fixes: &[Fix], fastest_mps: f64, tally: &mut Tally) -> Vec<Fix> {
 /// `short_s` apart, what is beyond the gaps counts as well, and the lower speed holds.
 fn typical_speeds(fixes: &[Fix], short_s: f64) -> Vec<f64> {
     const SPAN_S: f64 = 20.0;
-    let median_of = |part: &[Fix]| -> Option<(f64, Vector2<f64>)> {
+    let median_of = |part: &[Fix]| -> Option<(f64, Point2<f64>)> {
         let middle = |value: fn(&Fix) -> f64| median(part.iter().map(value).collect());
-        Some((middle(|f| f.t)?, Vector2::new(middle(|f| f.p.x)?, middle(|f| f.p.y)?)))
+        Some((middle(|f| f.t)?, Point2::new(middle(|f| f.p.x)?, middle(|f| f.p.y)?)))
     };
     let (mut from, mut to) = (0, 0);
     let mut speeds = Vec::with_capacity(fixes.len());
@@ -251,7 +251,7 @@ fn renewed(fixes: &[Fix], sigma_m: f64, tally: &mut Tally) -> Vec<Fix> {
 }
 
 /// A smoothing spline with bad positions weighted down (Cauchy weights, first absolute errors).
-fn rough_track(fixes: &[Fix], weights: &[f64], sigma_m: f64) -> Option<Vec<Vector2<f64>>> {
+fn rough_track(fixes: &[Fix], weights: &[f64], sigma_m: f64) -> Option<Vec<Point2<f64>>> {
     let end = fixes.last()?.t;
     let pieces = (end.ceil() as usize).max(1);
     let controls: Vec<Control<2>> = (0..pieces + 3).map(Control::Free).collect();
@@ -285,7 +285,7 @@ fn rough_track(fixes: &[Fix], weights: &[f64], sigma_m: f64) -> Option<Vec<Vecto
 ///
 /// Where it goes back behind the begin of a gap, or beyond its end and back, although the positions on
 /// that side do not go that way, it stands at that begin or end.
-fn held_in_gaps(mut rough: Vec<Vector2<f64>>, fixes: &[Fix], sigma_m: f64) -> Vec<Vector2<f64>> {
+fn held_in_gaps(mut rough: Vec<Point2<f64>>, fixes: &[Fix], sigma_m: f64) -> Vec<Point2<f64>> {
     const LEAST_GAP_S: f64 = 10.0;
     const ASIDE_S: f64 = 5.0;
     let noise_m = 4.0 * sigma_m + 2.0;
@@ -318,7 +318,7 @@ fn held_in_gaps(mut rough: Vec<Vector2<f64>>, fixes: &[Fix], sigma_m: f64) -> Ve
 
 /// The rough track with the wander of slow phases taken out: a running median over up to ±10 s where
 /// the typical speed is below 2 m/s, over shorter times near it.
-fn steadied(rough: &[Vector2<f64>], fixes: &[Fix], speeds_mps: &[f64]) -> Vec<Vector2<f64>> {
+fn steadied(rough: &[Point2<f64>], fixes: &[Fix], speeds_mps: &[f64]) -> Vec<Point2<f64>> {
     const HALF_S: f64 = 10.0;
     const SLOW_MPS: f64 = 2.0;
     let mut next = 0;
@@ -331,16 +331,16 @@ fn steadied(rough: &[Vector2<f64>], fixes: &[Fix], speeds_mps: &[f64]) -> Vec<Ve
         // As far to the left as to the right, or a moving end would be pulled inward.
         let half = half.min(i).min(rough.len() - 1 - i);
         let window = &rough[i - half..=i + half];
-        let middle = |value: fn(&Vector2<f64>) -> f64| median(window.iter().map(value).collect());
+        let middle = |value: fn(&Point2<f64>) -> f64| median(window.iter().map(value).collect());
         let median_m =
-            Vector2::new(middle(|p| p.x).unwrap_or(here.x), middle(|p| p.y).unwrap_or(here.y));
+            Point2::new(middle(|p| p.x).unwrap_or(here.x), middle(|p| p.y).unwrap_or(here.y));
         steady.push(median_m);
     }
     steady
 }
 
 /// Value and slope at `t` of a spline with step 1 from 0.
-fn value_at(controls: &[[f64; 2]], t: f64) -> (Vector2<f64>, Vector2<f64>) {
+fn value_at(controls: &[[f64; 2]], t: f64) -> (Point2<f64>, Vector2<f64>) {
     let pieces = controls.len() - 3;
     let place = t.clamp(0.0, pieces as f64);
     let piece = (place as usize).min(pieces - 1);
@@ -353,7 +353,7 @@ fn value_at(controls: &[[f64; 2]], t: f64) -> (Vector2<f64>, Vector2<f64>) {
         t * t * t / 6.0,
     ];
     let d = [-0.5 * s * s, 1.5 * t * t - 2.0 * t, 0.5 + t - 1.5 * t * t, 0.5 * t * t];
-    let mut value = (Vector2::zeros(), Vector2::zeros());
+    let mut value = (Point2::origin(), Vector2::zeros());
     for (k, control) in controls[piece..piece + 4].iter().enumerate() {
         let c = Vector2::from(*control);
         value.0 += c * b[k];
@@ -363,7 +363,7 @@ fn value_at(controls: &[[f64; 2]], t: f64) -> (Vector2<f64>, Vector2<f64>) {
 }
 
 /// Position on the rough track at `t`, straight between whole seconds.
-pub(super) fn on_track(rough: &[Vector2<f64>], t: f64) -> Vector2<f64> {
+pub(super) fn on_track(rough: &[Point2<f64>], t: f64) -> Point2<f64> {
     let place = t.clamp(0.0, (rough.len() - 1) as f64);
     let i = (place as usize).min(rough.len().saturating_sub(2));
     let next = rough[(i + 1).min(rough.len() - 1)];
@@ -392,7 +392,7 @@ fn grid_m(fixes: &[Fix], axis: usize) -> f64 {
 }
 
 /// Robust standard deviation of the errors across the track (of a component where it is slow), 0.7 to 12 m.
-fn cross_error_m(fixes: &[Fix], rough: &[Vector2<f64>]) -> f64 {
+fn cross_error_m(fixes: &[Fix], rough: &[Point2<f64>]) -> f64 {
     let mut errors = Vec::with_capacity(fixes.len());
     for fix in fixes {
         let error = fix.p - on_track(rough, fix.t);

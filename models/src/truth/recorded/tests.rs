@@ -20,7 +20,7 @@ fn a320() -> Limits {
 /// Taxiing round two corners, with a halt of 40 s before the second.
 fn sound() -> Trajectory {
     let line = [(0.0, 0.0), (600.0, 50.0), (650.0, -400.0), (1400.0, -450.0)];
-    let line = line.map(|(x, y)| Vector2::new(x, y));
+    let line = line.map(|(x, y)| Point2::new(x, y));
     let halts = [Halt { point: 2, duration_s: 40.0 }];
     let span = (SimTime::ZERO, SimTime::from_s(330.0));
     route::drive(&line, &halts, &a320(), span, 10.0).expect("a sound line")
@@ -177,7 +177,7 @@ proptest! {
         let records: Vec<Record> = rows.iter().enumerate().map(|(i, (t, p))| Record {
             line: i + 2,
             time_ms: *t,
-            position_m: p.map(|(x, y)| Vector2::new(x, y)),
+            position_m: p.map(|(x, y)| Point2::new(x, y)),
             altitude_m: Some(1e5),
             on_ground: None,
         }).collect();
@@ -207,10 +207,10 @@ fn a_clean_recording_is_followed_closely() {
 #[test]
 fn somebody_who_never_moves_stands_exactly_still() {
     let mut records = records(&sound(), &[]);
-    records.iter_mut().for_each(|r| r.position_m = Some(Vector2::new(12.5, -7.25)));
+    records.iter_mut().for_each(|r| r.position_m = Some(Point2::new(12.5, -7.25)));
     let (found, _) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
     let first = found.at(SimTime::ZERO).unwrap();
-    assert!((first.position_m.xy() - Vector2::new(12.5, -7.25)).norm() < 3.0);
+    assert!((first.position_m.xy() - Point2::new(12.5, -7.25)).norm() < 3.0);
     for i in 0..=320 {
         let state = found.at(SimTime::from_s(f64::from(i))).unwrap();
         assert!(state.is_still() && state.position_m == first.position_m);
@@ -240,8 +240,7 @@ fn what_cannot_be_repaired_is_refused_with_its_line() {
     let fast = refused(&|r| {
         for (i, record) in r.iter_mut().enumerate() {
             let turn = i as f64 * 0.25;
-            record.position_m =
-                Some(Vector2::new(100.0 * libm::sin(turn), 100.0 * libm::cos(turn)));
+            record.position_m = Some(Point2::new(100.0 * libm::sin(turn), 100.0 * libm::cos(turn)));
         }
     });
     assert!(matches!(fast, Refusal::BeyondType { .. }), "{fast}");
@@ -331,7 +330,7 @@ fn last_positions_behind_a_long_gap_make_no_loop() {
 /// Pushed back, it turns on its track while nobody sees it: the positions on both sides tell.
 #[test]
 fn a_pushback_that_ends_within_a_gap_is_one() {
-    let line = [(0.0, 0.0), (0.0, 120.0)].map(|(x, y)| Vector2::new(x, y));
+    let line = [(0.0, 0.0), (0.0, 120.0)].map(|(x, y)| Point2::new(x, y));
     let span = (SimTime::ZERO, SimTime::from_s(330.0));
     let out = route::drive(&line, &[], &a320(), span, 10.0).expect("a sound line");
     let mut records = records(&out, &noise(0));

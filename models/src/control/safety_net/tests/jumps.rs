@@ -2,6 +2,7 @@
 
 use super::places::{cleared, first, noise, seen, with_bar};
 use super::*;
+use crate::frames::Point2;
 
 /// A light aircraft on its approach, slower than what is taken for a final: at one second its track jumps and is slow.
 fn light(jump_s: u32, jump_m: f64, jump_mps: f64) -> impl Fn(u32) -> Vec<Target> {
@@ -201,7 +202,7 @@ fn the_double_of_one_who_flies_falls_behind_him() {
 #[test]
 fn where_a_track_was_in_its_first_seconds_moves_nobody() {
     let mut board = Board::default();
-    board.strip(Callsign::new("ABC1")).expect("room").stand_m = Some(Vector2::new(600.0, 900.0));
+    board.strip(Callsign::new("ABC1")).expect("room").stand_m = Some(Point2::new(600.0, 900.0));
     let told = |off_m: &dyn Fn(u32) -> f64| {
         let stands = |s: u32| {
             let v = off_m(s) - off_m(s - 1);

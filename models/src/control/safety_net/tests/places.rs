@@ -1,6 +1,7 @@
 //! Where noise puts a track decides nothing: lines, stands, anchors, thresholds; and who is on final to which runway.
 
 use super::*;
+use crate::frames::Point2;
 
 /// What is raised with the second, at an airport with bars; strips and clearances on `board`.
 pub(super) fn seen(
@@ -51,7 +52,7 @@ pub(super) fn noise(second: u32) -> f64 {
 /// final to it (30 of 42 alerts of that kind at an airport like this came to nothing).
 #[test]
 fn who_is_fast_on_a_runway_is_on_final_to_no_other() {
-    let ends = [Vector2::new(95.0, 1100.0), Vector2::new(95.0, 3600.0)];
+    let ends = [Point2::new(95.0, 1100.0), Point2::new(95.0, 3600.0)];
     let beside = RunwayAxis::new(["36R".into(), "18L".into()], ends, 45.0, 90.0);
     let layout = Layout::new(layout().runways.into_iter().chain(beside).collect());
     let lands = |altitude_m: Option<f64>| {
@@ -224,7 +225,7 @@ fn a_bar_is_passed_so_far_behind_it() {
 /// Stands 26 m from each other: who stands on one occupied the other whenever noise put him there (28 false alerts in ten hours).
 #[test]
 fn who_stands_on_a_stand_occupies_no_other_unless_they_are_one() {
-    let stand_m = Vector2::new(600.0, 900.0);
+    let stand_m = Point2::new(600.0, 900.0);
     let mut board = cleared("ABC1", ClearanceKind::Taxi, 0);
     board.strip(Callsign::new("ABC1")).expect("room").stand_m = Some(stand_m);
     let told = |other_m: f64, stands_at_m: f64| {

@@ -1,11 +1,12 @@
 use super::*;
+use crate::frames::Point2;
 
 /// Who stops 20 m from the stand of an arrival on his way to the runway was told of as one who is on it, at each line with a stand beside it.
 #[test]
 fn who_stops_beside_a_stand_on_his_way_does_not_occupy_it() {
-    let stand_m = Vector2::new(800.0, 900.0);
+    let stand_m = Point2::new(800.0, 900.0);
     // Another aircraft stands 20 m away: cleared to taxi or not, with a stand of its own or not.
-    let told = |cleared: Option<ClearanceKind>, own_m: Option<Vector2<f64>>| {
+    let told = |cleared: Option<ClearanceKind>, own_m: Option<Point2<f64>>| {
         let mut board = Board::default();
         let mut clear = |name: &str, kind: Option<ClearanceKind>, stand_m| {
             let callsign = Callsign::new(name);
@@ -27,7 +28,7 @@ fn who_stops_beside_a_stand_on_his_way_does_not_occupy_it() {
         });
         found.iter().any(|r| r.1 == "STOCC")
     };
-    let (elsewhere, taxi) = (Some(Vector2::new(300.0, 900.0)), Some(ClearanceKind::Taxi));
+    let (elsewhere, taxi) = (Some(Point2::new(300.0, 900.0)), Some(ClearanceKind::Taxi));
     assert!(!told(taxi, elsewhere), "holds on his way");
     assert!(told(None, elsewhere), "has arrived at the wrong one, or been towed there");
     assert!(told(taxi, Some(stand_m)), "has not left it yet, or comes to the same");

@@ -5,7 +5,7 @@
 //! Biometrika 80, 1993), a plot's weight as of Student's errors. What stands is told that its velocity is none.
 
 use super::Target;
-use crate::frames::Vector2;
+use crate::frames::{Point2, Vector2};
 use crate::fusion::reference::linear::Smoothed;
 use crate::time::SimTime;
 
@@ -45,7 +45,7 @@ impl Target<'_> {
         for (velocity, here) in self.velocity.iter_mut().zip(back) {
             *velocity = Vector2::new(here.state[1], here.state[3]);
         }
-        self.position = back.iter().map(|b| Vector2::new(b.state[0], b.state[2])).collect();
+        self.position = back.iter().map(|b| Point2::new(b.state[0], b.state[2])).collect();
         if late {
             self.learn_standing(back);
         }

@@ -10,7 +10,7 @@ use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::{Level, Loss, Tolerance};
 use crate::environment::surface::MATERIALS;
 use crate::environment::{RainCell, Weather};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::keys::Holds;
 use crate::sensors::TargetClass;
 use crate::sensors::asde::AsdeParameters;
@@ -139,9 +139,9 @@ fn no_effect_changes_more_than_its_bound_anywhere_in_its_box() {
                 view
             };
             let echo = |rcs_m2| Echo { ground_m: d, height_m: h, extent_m: class.height_m, rcs_m2 };
-            let to = Vector2::new(0.0, d);
+            let to = Point2::new(0.0, d);
             let budget = |levels: &BudgetLevels, rcs| {
-                radar.budget(&air, levels, &echo(rcs), Vector2::zeros(), to)
+                radar.budget(&air, levels, &echo(rcs), Point2::origin(), to)
             };
             let scnr = |levels: &BudgetLevels, corr: f64| {
                 let b = budget(levels, class.rcs_m2);
@@ -261,7 +261,7 @@ fn rain_in_cells_takes_no_more_than_its_bound_says() {
         let ring = g.pick(&[3, 5, 7, 9]);
         let (near_m, far_m) = ring_m(ring);
         let cells = (0..g.pick(&[1, 1, 2, 4])).map(|_| RainCell {
-            centre_m: Vector2::new(0.0, far_m * g.between(0.0, 1.0)),
+            centre_m: Point2::new(0.0, far_m * g.between(0.0, 1.0)),
             radius_m: g.scaled(20.0, 5_000.0),
             rain_mm_per_h: g.scaled(5.0, 150.0),
         });
@@ -286,8 +286,8 @@ fn rain_in_cells_takes_no_more_than_its_bound_says() {
             let echo =
                 Echo { ground_m: d, height_m: h, extent_m: class.height_m, rcs_m2: class.rcs_m2 };
             let budget = |levels: RadarLevels| {
-                let to = Vector2::new(0.0, d);
-                radar.budget(&air, &levels.budget, &echo, Vector2::zeros(), to)
+                let to = Point2::new(0.0, d);
+                radar.budget(&air, &levels.budget, &echo, Point2::origin(), to)
             };
             let exact = RadarLevels::EXACT;
             // Where a cell is over the target, its echo is in the bound of what rain returns.

@@ -3,13 +3,15 @@
 
 use super::*;
 use crate::environment::RainCell;
+use crate::frames::Point2;
+use crate::frames::Point3;
 use crate::sensors::asde::plan::boxes::{Key, band_m};
 use crate::sensors::asde::plan::{Kind, PlannedBox};
 use crate::sensors::radar::equation::BudgetLevels;
 use crate::sensors::radar::{aspect, sample_shapes};
 
 /// A target: class, place at time zero, velocity, and when it is there, s.
-type Mover = (usize, Vector3<f64>, Vector3<f64>, (f64, f64));
+type Mover = (usize, Point3<f64>, Vector3<f64>, (f64, f64));
 
 /// Targets of several classes that come, move and go.
 struct Crowd {
@@ -44,7 +46,7 @@ impl Crowd {
             let there = if i % 5 == 2 { (4.0 + (i % 7) as f64, 17.0) } else { (0.0, 1e9) };
             (
                 i % 3,
-                Vector3::new(r * sin, r * cos, up_m),
+                Point3::new(r * sin, r * cos, up_m),
                 Vector3::new(east, north, 0.0) * speed,
                 there,
             )
@@ -91,7 +93,7 @@ struct Alone<'a> {
 }
 
 impl Alone<'_> {
-    fn key(&mut self, class: &TargetClass, place_m: Vector3<f64>) -> Option<Key> {
+    fn key(&mut self, class: &TargetClass, place_m: Point3<f64>) -> Option<Key> {
         let radar = self.radar;
         let cells: Vec<_> = radar.rain_seen(radar.air.as_ref().expect("scanned")).collect();
         let azimuth_rad = Azimuth::of(place_m.xy() - radar.site_m).rad();
@@ -189,7 +191,7 @@ fn held(radar: &Asde, truth: &Crowd, interval: &ScanInterval) -> [usize; 3] {
 }
 
 fn metal_wall() -> Building {
-    let corner = |x: f64, y: f64| Vector2::new(300.0 + x, 250.0 + y);
+    let corner = |x: f64, y: f64| Point2::new(300.0 + x, 250.0 + y);
     Building {
         name: "wall".into(),
         footprint_m: vec![
@@ -210,11 +212,11 @@ fn every_target_of_a_crowd_gets_what_it_would_get_by_itself() {
     for (r, aside) in [(400.0, 1.0), (1500.0, 2.0), (3000.0, 4.0)] {
         for east in [-aside, aside] {
             let speed = if east > 0.0 { Vector3::new(0.3, -2.0, 0.0) } else { Vector3::zeros() };
-            truth.movers.push((0, Vector3::new(east, -r, 0.0), speed, (0.0, 1e9)));
+            truth.movers.push((0, Point3::new(east, -r, 0.0), speed, (0.0, 1e9)));
         }
     }
     let cell = |east: f64| RainCell {
-        centre_m: Vector2::new(east, 600.0),
+        centre_m: Point2::new(east, 600.0),
         radius_m: 500.0,
         rain_mm_per_h: 30.0,
     };
@@ -295,12 +297,12 @@ fn centres_of_echoes_come_from_a_table_where_its_loss_is_tolerated() {
 }
 
 /// The exact ratio of a target, detector's and formulas', dB.
-fn ratio_db(radar: &Asde, air: &Air, class: &TargetClass, place_m: Vector3<f64>) -> f64 {
+fn ratio_db(radar: &Asde, air: &Air, class: &TargetClass, place_m: Point3<f64>) -> f64 {
     let height_m = place_m.z.max(0.5 * class.height_m);
-    let ground_m = place_m.xy().norm();
+    let ground_m = place_m.xy().coords.norm();
     let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: class.rcs_m2 };
     let levels = BudgetLevels::EXACT;
-    let budget = radar.radar.budget(air, &levels, &echo, Vector2::zeros(), place_m.xy());
+    let budget = radar.radar.budget(air, &levels, &echo, Point2::origin(), place_m.xy());
     to_db(budget.scnr())
 }
 
@@ -311,7 +313,7 @@ fn the_bounds_of_a_part_of_a_ring_are_those_of_its_own_distances() {
     truth.classes[0].shape = crate::sensors::radar::shape::Shape::point();
     (truth.classes[0].length_m, truth.classes[0].span_m) = (0.0, 0.0);
     let places = (0..160).map(|i| 500.0 * libm::exp(f64::from(i) * 0.0125));
-    let mover = |d: f64| (0, Vector3::new(0.0, d, 0.0), Vector3::zeros(), (0.0, 1e9));
+    let mover = |d: f64| (0, Point3::new(0.0, d, 0.0), Vector3::zeros(), (0.0, 1e9));
     truth.movers = places.map(mover).collect();
     let weather = Weather { rain_mm_per_h: 20.0, ..Weather::default() };
     let mut tested = 0;

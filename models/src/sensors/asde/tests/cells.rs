@@ -1,6 +1,7 @@
 //! Cells and video against closed forms.
 
 use super::*;
+use crate::frames::Vector2;
 
 #[test]
 fn cells_and_closed_centroid_see_the_same_aircraft() {
@@ -22,7 +23,7 @@ fn cells_and_closed_centroid_see_the_same_aircraft() {
         let mut found = vec![(0.0, 0.0); 3];
         for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
             if let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) {
-                let along = (plot.position_m - truth_m).dot(&truth_m.normalize());
+                let along = (plot.position_m - truth_m).dot(&truth_m.coords.normalize());
                 let slot = &mut found[key as usize - 1];
                 *slot = (slot.0 + along, slot.1 + 1.0);
             }

@@ -1,6 +1,7 @@
 //! What is detected and measured, and where it is displayed.
 
 use super::*;
+use crate::frames::Point2;
 
 #[test]
 fn a_plot_tells_where_the_target_was_at_its_own_time() {
@@ -78,11 +79,11 @@ fn a_hundred_thousand_plots_deviate_as_the_formulas_say() {
         for (plot, cause) in out.plots.iter().zip(&out.causes) {
             let polar = plot.polar.expect("a radar's plot");
             let there = cause.truth_m.expect("known");
-            let slant_m = libm::hypot(there.norm(), 60.0 - 1.5);
+            let slant_m = libm::hypot(there.coords.norm(), 60.0 - 1.5);
             stated.0 += polar.sigma_range_m.powi(2);
             stated.1 += polar.sigma_azimuth_rad.powi(2);
             range += (polar.range_m - slant_m).powi(2);
-            azimuth += wrap_pi(polar.azimuth_rad - Azimuth::of(there).rad()).powi(2);
+            azimuth += wrap_pi(polar.azimuth_rad - Azimuth::of(there.coords).rad()).powi(2);
         }
         let n = out.plots.len() as f64;
         let (range, azimuth) = ((range / n).sqrt(), (azimuth / n).sqrt());
@@ -114,9 +115,9 @@ fn targets_are_detected_as_often_as_the_formula_says_at_any_scan_length() {
             }
             let air = radar.air(&Weather::default());
             let echo = Echo { ground_m: 2000.0, height_m: 1.5, extent_m: 3.0, rcs_m2 };
-            let to = Vector2::new(0.0, 2000.0);
+            let to = Point2::new(0.0, 2000.0);
             let levels = BudgetLevels::EXACT;
-            let budget = radar.radar.budget(&air, &levels, &echo, Vector2::zeros(), to);
+            let budget = radar.radar.budget(&air, &levels, &echo, Point2::origin(), to);
             let pd = radar.detector.probability(budget.scnr(), swerling);
             assert!(pd > 0.1 && pd < 0.95, "{swerling:?}: {pd}");
             let n = out.looks as f64;

@@ -1,6 +1,7 @@
 //! What is planned for whom.
 
 use super::*;
+use crate::frames::Point2;
 
 /// The levels at which the target of a key was simulated.
 fn levels_of(radar: &Asde, truth: &Straight, key: u64) -> Option<RadarLevels> {
@@ -105,7 +106,7 @@ fn rings_are_cut_where_parts_leave_out_more_and_their_own_plan_holds_until_then(
                 let found = &boxes[place as usize];
                 let state = truth.at(placed.index, SimTime(0)).expect("it stands");
                 let (near, far) = found.key.ground_m();
-                let d = state.position_m.xy().norm();
+                let d = state.position_m.xy().coords.norm();
                 assert!(d >= near * (1.0 - 1e-9) && d <= far * (1.0 + 1e-9), "{d} m in {found:?}");
                 by_ring += usize::from(found.parted);
             }
@@ -174,7 +175,7 @@ fn rain_without_cells_costs_no_walk_through_cells() {
     };
     let rain = Weather { rain_mm_per_h: 40.0, ..Weather::default() };
     let cell = crate::environment::RainCell {
-        centre_m: Vector2::new(500.0, 500.0),
+        centre_m: Point2::new(500.0, 500.0),
         radius_m: 300.0,
         rain_mm_per_h: 80.0,
     };
@@ -210,7 +211,7 @@ fn a_shadow_is_named_for_what_casts_it() {
     truth.class.aircraft = true;
     truth.class.shape = crate::sensors::radar::sample_shapes::of(true);
     (truth.class.length_m, truth.class.span_m, truth.class.height_m) = (37.6, 35.8, 11.8);
-    let corner = |x: f64, y: f64| Vector2::new(x, y);
+    let corner = |x: f64, y: f64| Point2::new(x, y);
     let hangar = Building {
         name: "hangar".into(),
         footprint_m: vec![corner(-9.0, 600.0), corner(9.0, 600.0), corner(9.0, 620.0)],

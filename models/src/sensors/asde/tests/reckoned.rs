@@ -4,6 +4,7 @@ use super::*;
 use crate::effects::outcome::{AxisShift, MEAN_ABS, tail};
 use crate::effects::{Loss, Tolerance};
 use crate::environment::RainCell;
+use crate::frames::{Point2, Vector2};
 use crate::sensors::asde::plan::Planner;
 use crate::sensors::asde::plan::bounds::{BoxBounds, BoxGrid, Place};
 use crate::sensors::asde::plan::boxes::{Key, ring, sector};
@@ -174,7 +175,7 @@ fn a_rain_cell_touches_every_box_that_it_reaches() {
         let of = f64::from(n);
         let (away_m, radius_m) = (700.0 + 67.0 * of, 150.0 + 37.0 * (of * 1.3 % 17.0));
         let (sin, cos) = libm::sincos(2.4 * of);
-        let centre_m = Vector2::new(sin, cos) * away_m;
+        let centre_m = Point2::new(sin, cos) * away_m;
         let cell = RainCell { centre_m, radius_m, rain_mm_per_h: 30.0 };
         let air = radar.air(&Weather { cells: vec![cell], ..Weather::default() });
         let seen: Vec<_> = radar.rain_seen(&air).collect();
@@ -183,10 +184,11 @@ fn a_rain_cell_touches_every_box_that_it_reaches() {
             let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
             let place_m =
                 centre_m + Vector2::new(sin, cos) * (radius_m * (f64::from(i) / 400.0).sqrt());
-            let sector = sector(Azimuth::of(place_m).rad());
+            let sector = sector(Azimuth::of(place_m.coords).rad());
             sectors.insert(sector);
-            let touches =
-                |factor: f64| seen[0].touches(sector, ring((place_m * factor).norm_squared()));
+            let touches = |factor: f64| {
+                seen[0].touches(sector, ring((place_m * factor).coords.norm_squared()))
+            };
             assert_eq!(touches(1.0), (true, true), "{n}: {place_m:?}");
             assert!(touches(1.5).0, "{n}: behind {place_m:?} the rain is on the way");
         }

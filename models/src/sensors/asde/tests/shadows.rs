@@ -1,6 +1,7 @@
 //! What stands in the way costs an echo its loss twice: on the way out and on the way back.
 
 use super::*;
+use crate::frames::Point2;
 use crate::sensors::radar::detection::Swerling;
 
 /// Strength of the echo of a steady target at 1200 m, dB, behind other targets or buildings; everything exact.
@@ -19,7 +20,7 @@ fn strength_db(truth: &Straight, key: u64, antenna_m: f64, buildings: Vec<Buildi
 
 /// A wall half a metre thick across the way, `top_m` high.
 fn wall(north_m: f64, top_m: f64) -> Building {
-    let corner = |x: f64, y: f64| Vector2::new(x, north_m + y);
+    let corner = |x: f64, y: f64| Point2::new(x, north_m + y);
     Building {
         name: "wall".into(),
         footprint_m: vec![
@@ -57,13 +58,13 @@ fn an_aircraft_before_an_echo_costs_its_loss_twice() {
     alone.class = truth.class.clone();
     for antenna_m in [5.0, 6.0] {
         let line = crate::sensors::radar::shadow::SightLine {
-            site_m: Vector2::zeros(),
+            site_m: Point2::origin(),
             antenna_m,
-            target_m: Vector2::new(0.0, 1200.0),
+            target_m: Point2::new(0.0, 1200.0),
             height_m: 0.5 * 11.8,
             wavelength_m: asde(|_| ()).radar.wavelength_m,
         };
-        let place_m = Vector2::new(0.3, 600.0);
+        let place_m = Point2::new(0.3, 600.0);
         let parts = crate::sensors::radar::shadow::aircraft_obstacles(place_m, 0.0, 37.6, 11.8);
         let once_db = parts
             .iter()
@@ -78,7 +79,7 @@ fn an_aircraft_before_an_echo_costs_its_loss_twice() {
 
 #[test]
 fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
-    let c = Vector2::new;
+    let c = Point2::new;
     let hangar = Building {
         name: "hangar".into(),
         footprint_m: vec![c(-60.0, 800.0), c(60.0, 800.0), c(60.0, 840.0), c(-60.0, 840.0)],
@@ -112,7 +113,7 @@ fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
     assert!(!ghosts.is_empty(), "the target before the hangar is mirrored in it");
     for (plot, _) in ghosts {
         // The double bounce appears 1.3 km away, the mixed path half way between.
-        let range_m = plot.position_m.norm();
+        let range_m = plot.position_m.coords.norm();
         assert!((range_m - 800.0).abs() < 20.0 || (range_m - 1304.0).abs() < 20.0, "{range_m}");
     }
     let explained = &out.causes[0].effects;

@@ -1,7 +1,7 @@
 //! Pushbacks: onto which side there is room, how the tug drives, and from the gear's line to the nose wheel's.
 
 use crate::draw::uniform;
-use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::frames::{Azimuth, Point2, wrap_pi};
 use crate::traffic::core::drive::Tick;
 use crate::traffic::core::{Core, Phase, TAIL_M};
 use crate::traffic::path::Path;
@@ -127,7 +127,7 @@ impl Core {
 }
 
 /// Where the nose wheel is when the main gear is at a place of a pushback, m.
-pub(super) fn nose_of(push: &Path, gear_m: f64, wheelbase_m: f64) -> Vector2<f64> {
+pub(super) fn nose_of(push: &Path, gear_m: f64, wheelbase_m: f64) -> Point2<f64> {
     push.at(gear_m).at_m + Azimuth::from_rad(push_heading(push, gear_m).0).unit() * wheelbase_m
 }
 
@@ -147,7 +147,7 @@ pub(in crate::traffic::core) const SWING_M: f64 = 3.0;
 /// The begin of a path, every two metres: as far as somebody who has been pushed back may be on it.
 pub(super) struct Begin<'a> {
     path: &'a Path,
-    points_m: Vec<Vector2<f64>>,
+    points_m: Vec<Point2<f64>>,
 }
 
 /// From point to point, m.
@@ -162,7 +162,7 @@ impl<'a> Begin<'a> {
     }
 
     /// Distance of a point from it, and the place nearest to it, m.
-    pub(super) fn nearest(&self, point_m: Vector2<f64>) -> (f64, f64) {
+    pub(super) fn nearest(&self, point_m: Point2<f64>) -> (f64, f64) {
         let mut best = (f64::INFINITY, 0.0);
         for (k, at_m) in self.points_m.iter().enumerate() {
             let distance_m = (at_m - point_m).norm();

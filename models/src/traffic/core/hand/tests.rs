@@ -12,7 +12,7 @@ fn car() -> Driven {
         wheelbase_m: 2.7,
         most_mps: 27.8,
         acc_dec_mps2: (2.0, 3.0),
-        at_m: Vector2::new(100.0, -50.0),
+        at_m: Point2::new(100.0, -50.0),
         heading_rad: 1.0,
     }
 }

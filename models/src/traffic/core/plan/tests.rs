@@ -3,7 +3,7 @@
 use super::order::Ends;
 use super::*;
 use crate::airport::{Airport, Edge, EdgeDetail, Hold, Node, Runway, Stand};
-use crate::frames::Vector2;
+use crate::frames::Point2;
 use crate::traffic::core::{ClearedBy, Flight, Notice, Order, Policy};
 use crate::traffic::network::Network;
 use crate::traffic::outline::Size;
@@ -15,12 +15,12 @@ use std::sync::Arc;
 fn airport(columns: usize, entries: &[f64], lanes: usize) -> Airport {
     let mut a = Airport { icao: "XTST".into(), ..Airport::default() };
     let length = 2600.0;
-    let ends_m = [Vector2::new(0.0, 0.0), Vector2::new(length, 0.0)];
+    let ends_m = [Point2::new(0.0, 0.0), Point2::new(length, 0.0)];
     let names = ["09", "27"].map(String::from);
     a.runways.push(Runway { names, ends_m, thresholds_m: ends_m, width_m: 45.0 });
     let node = |a: &mut Airport, x: f64, y: f64| {
         let name = format!("n{}", a.nodes.len());
-        a.nodes.push(Node { name, position_m: Vector2::new(x, y), hold: Hold::None });
+        a.nodes.push(Node { name, position_m: Point2::new(x, y), hold: Hold::None });
         a.nodes.len() - 1
     };
     let edge = |a: &mut Airport, from: usize, to: usize| {
@@ -61,7 +61,7 @@ fn airport(columns: usize, entries: &[f64], lanes: usize) -> Airport {
                 edge(&mut a, next, place);
                 a.stands.push(Stand {
                     name: format!("S{}", a.stands.len()),
-                    position_m: Vector2::new(x + 75.0 * side, y),
+                    position_m: Point2::new(x + 75.0 * side, y),
                     heading_rad: side * std::f64::consts::FRAC_PI_2,
                     node: Some(place),
                 });
