@@ -11,7 +11,8 @@ pub mod command;
 mod created;
 mod desk;
 mod ears;
-mod lead;
+#[cfg(test)]
+mod lead_tests;
 mod operate;
 mod participants;
 pub mod simman;
@@ -24,15 +25,17 @@ mod watch;
 use crate::runtime::bus::{Bus, BusError, Request};
 use crate::runtime::codec::encode;
 use crate::runtime::conductor::{ClosedRun, ConductorConfig};
+use crate::runtime::digest::pdu_hash;
 use crate::runtime::journal::JournalError;
+use crate::runtime::lead::Lead;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{Answer, Command, Frame, RunState};
+use crate::runtime::process::host_name;
 use crate::runtime::run_log::RunLog;
 use crate::runtime::succession::{Candidacy, STATIONS};
 use crossbeam_channel::{Receiver, Sender};
-use lead::Lead;
 use station::Station;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -164,6 +167,12 @@ pub enum StationError {
 pub fn run(context: AdminContext) -> Result<u8, StationError> {
     let (station, events) = Station::open(context)?;
     station.run(&events)
+}
+
+/// Who a station or standby with that journal is to the voters, whichever process of it.
+fn who_has(journal: &Path) -> u64 {
+    let path = std::fs::canonicalize(journal).unwrap_or_else(|_| journal.to_owned());
+    pdu_hash(format!("{} {}", host_name(), path.display()).as_bytes())
 }
 
 /// Asks a voter who is to lead.

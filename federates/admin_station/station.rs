@@ -1,15 +1,18 @@
 //! The station at work: events in, what the conductor decides out; one turn of the loop is one tick of the conductor.
 
 use super::balance::Balance;
-use super::lead::Lead;
 use super::statistics::Statistics;
-use super::{AdminContext, Event, PhaseHook, StateHook, StationError, Succeeds, ask_voter, ears};
+use super::{
+    AdminContext, Event, PhaseHook, StateHook, StationError, Succeeds, ask_voter, ears, who_has,
+};
 use crate::runtime::bus::{Bus, Class, Request};
-use crate::runtime::clock::{WallNs, utc_ns};
+use crate::runtime::clock::{WallNs, monotonic_ns, utc_ns};
 use crate::runtime::clock_watch::Clocks;
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::conductor::{ClosedRun, Effect, Input, Token, Why};
 use crate::runtime::federate::Publication;
+use crate::runtime::journal::Journal;
+use crate::runtime::lead::{Lead, Turn};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
@@ -17,7 +20,7 @@ use crate::runtime::messages::{
     Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, LogAsk, Numbered, Operation,
     OperatorCommand, Report, Welcome,
 };
-use crate::runtime::process::Usage;
+use crate::runtime::process::{Usage, random_id};
 use crate::runtime::run_log::RunLog;
 use crate::runtime::succession::{Leads, Steps, StepsAsk, Voted};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
@@ -25,8 +28,6 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// How long a standby's question waits for more, ns.
-const STEPS_WAIT_NS: WallNs = 100_000_000;
 /// Between two beats of the station, and between two words on itself, ns.
 const BEAT_NS: WallNs = 100_000_000;
 const STATUS_NS: WallNs = 1_000_000_000;
@@ -57,9 +58,6 @@ impl Answering<'_> {
 /// Answers somebody's question, once.
 type Answerer = Box<dyn FnOnce(Answering<'_>) + Send>;
 
-/// A question of the standby that waits for more of the journal: since when.
-type Waiting = (WallNs, Request, StepsAsk);
-
 /// A station that leads a run.
 pub(super) struct Station {
     name: &'static str,
@@ -83,7 +81,8 @@ pub(super) struct Station {
     asked: BTreeMap<Token, Answerer>,
     operations: BTreeMap<Token, Operation>,
     next_token: Token,
-    standby: Option<Waiting>,
+    /// The question of the standby that waits for more of the journal, by its number.
+    standby: Option<(u64, Request)>,
     broken: Vec<String>,
     started: WallNs,
     next_beat: WallNs,
@@ -112,7 +111,11 @@ impl Station {
             }
             None => {
                 let mut log = RunLog::default();
-                (Lead::open(context.journal.as_deref(), config, &mut log)?, log)
+                let opened = context.journal.as_deref();
+                let opened = opened.map(|path| Journal::open(path, &config)).transpose()?;
+                let who = opened.as_ref().map_or(0, |(journal, _)| who_has(journal.path()));
+                let who = (who, random_id());
+                (Lead::open(opened, config, who, monotonic_ns(), &mut log), log)
             }
         };
         if lead.led().standby {
@@ -132,7 +135,7 @@ impl Station {
             bus,
             send,
             fed: lead.conductor().fed(),
-            started: lead.now(),
+            started: lead.now(monotonic_ns()),
             lead,
             log,
             retained: Retained::default(),
@@ -165,7 +168,7 @@ impl Station {
     /// Works until the run is over; the exit code.
     pub(super) fn run(mut self, receive: &Receiver<Event>) -> Result<u8, StationError> {
         let code = loop {
-            let now = self.lead.now();
+            let now = self.lead.now(monotonic_ns());
             let next = self.lead.conductor().deadline(now);
             let next = next.min(self.next_beat).min(self.lead.questions_due());
             let first = match receive.recv_timeout(Duration::from_nanos(next.saturating_sub(now))) {
@@ -186,7 +189,7 @@ impl Station {
 
     /// Hears what came, carries out what is decided, and says how it stands; the exit code where that is over.
     fn turn(&mut self, events: impl Iterator<Item = Event>) -> Result<Option<u8>, StationError> {
-        let now = self.lead.now();
+        let now = self.lead.now(monotonic_ns());
         // Answered when what they are answered from is in the journal.
         let mut questions = Vec::new();
         for event in events {
@@ -199,22 +202,14 @@ impl Station {
                 event => self.hear(now, event)?,
             }
         }
-        // What it says that it holds may be acted upon at once.
-        if let Some((since, request, ask)) = self.standby.take() {
-            match self.lead.steps(now, &ask) {
-                None if now < since + STEPS_WAIT_NS => self.standby = Some((since, request, ask)),
-                told => request.answer(encode(&told.unwrap_or(Steps::Octets(Vec::new())))),
+        let Turn { told, effects } = self.lead.turn(now);
+        for (number, steps) in told {
+            if let Some((_, request)) = self.standby.take_if(|(waits, _)| *waits == number) {
+                request.answer(encode(&steps));
             }
         }
-        for effect in self.lead.tick(now) {
+        for effect in effects {
             self.carry_out(effect)?;
-        }
-        // And what was written now goes to it at once.
-        if let Some((since, request, ask)) = self.standby.take() {
-            match self.lead.steps(now, &ask) {
-                Some(steps) => request.answer(encode(&steps)),
-                None => self.standby = Some((since, request, ask)),
-            }
         }
         for (voter, question) in self.lead.questions(now) {
             let replies = self.send.clone();
@@ -295,7 +290,10 @@ impl Station {
                 self.broken.push(why);
             }
             Event::Steps(request) => match decode::<StepsAsk>(&request.body) {
-                Ok(ask) => self.standby = Some((now, request, ask)),
+                Ok(ask) => {
+                    self.lead.asked(now, token, ask);
+                    self.standby = Some((token, request));
+                }
                 Err(e) => tracing::warn!("a standby's question was dropped: {e}"),
             },
             Event::Voted(name, body) => match decode::<Voted>(&body) {
@@ -503,7 +501,7 @@ impl Station {
     /// The federation is over for everybody: the exit code.
     fn end(&mut self, code: u8) -> Result<u8, StationError> {
         let code = if self.broken.is_empty() { code } else { code.max(1) };
-        if let Some((_, request, _)) = self.standby.take() {
+        if let Some((_, request)) = self.standby.take() {
             request.answer(encode(&Steps::Over));
         }
         self.bus.publish("ctl/order", Class::Must, encode(&self.lead.conductor().leave(code)))?;

@@ -11,6 +11,7 @@ use super::succession::{Led, TAIL};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::fmt::Debug;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufReader, Error, Read, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
@@ -59,11 +60,77 @@ fn remedy(error: &std::io::Error) -> &'static str {
     }
 }
 
+/// What keeps the octets of a journal: a file, or one of a simulated host.
+pub trait Disk: Debug + Send {
+    /// Its length, octets.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    fn length(&self) -> std::io::Result<u64>;
+    /// Fills `octets` with those from there on.
+    ///
+    /// # Errors
+    /// If the system refuses, or it holds fewer.
+    fn read(&mut self, from: u64, octets: &mut [u8]) -> std::io::Result<()>;
+    /// Puts octets there.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    fn write(&mut self, at: u64, octets: &[u8]) -> std::io::Result<()>;
+    /// Keeps the first ones only.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    fn cut(&mut self, length: u64) -> std::io::Result<()>;
+    /// All octets, from the first; to be read before the next one is written.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    fn all(&self) -> std::io::Result<Box<dyn Read + Send>>;
+    /// Nothing is kept any more.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    fn remove(&self) -> std::io::Result<()>;
+}
+
+/// A file, by its name.
+#[derive(Debug)]
+struct OnDisk(PathBuf, File);
+
+impl Disk for OnDisk {
+    fn length(&self) -> std::io::Result<u64> {
+        Ok(self.1.metadata()?.len())
+    }
+
+    fn read(&mut self, from: u64, octets: &mut [u8]) -> std::io::Result<()> {
+        self.1.seek(SeekFrom::Start(from))?;
+        self.1.read_exact(octets)
+    }
+
+    fn write(&mut self, at: u64, octets: &[u8]) -> std::io::Result<()> {
+        self.1.seek(SeekFrom::Start(at))?;
+        self.1.write_all(octets)
+    }
+
+    fn cut(&mut self, length: u64) -> std::io::Result<()> {
+        self.1.set_len(length)
+    }
+
+    fn all(&self) -> std::io::Result<Box<dyn Read + Send>> {
+        Ok(Box::new(BufReader::new(self.1.try_clone()?)))
+    }
+
+    fn remove(&self) -> std::io::Result<()> {
+        std::fs::remove_file(&self.0)
+    }
+}
+
 /// A journal that is being written.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
-    file: File,
+    disk: Box<dyn Disk>,
     /// Where the next record begins.
     end: u64,
     /// Who may lead after what it holds.
@@ -78,7 +145,7 @@ pub struct Journal {
 pub struct Past {
     /// The federation that it led.
     pub fed: u128,
-    reader: BufReader<File>,
+    reader: Box<dyn Read + Send>,
 }
 
 impl Journal {
@@ -91,24 +158,28 @@ impl Journal {
         path: &Path,
         config: &ConductorConfig,
     ) -> Result<(Self, Option<Past>), JournalError> {
-        Self::opened(path, config, true)
+        let (path, file) = opened(path, config)?;
+        Self::on(Box::new(OnDisk(path.clone(), file)), &path, config, true)
     }
 
-    fn opened(
+    /// As [`Journal::open`], of a disk that is called `path`; where nothing is to be begun it is the copy of another station's.
+    ///
+    /// # Errors
+    /// If the disk cannot be used, or what it holds is of another run or build.
+    pub fn on(
+        disk: Box<dyn Disk>,
         path: &Path,
         config: &ConductorConfig,
         begin: bool,
     ) -> Result<(Self, Option<Past>), JournalError> {
-        let of = run_of(config);
-        let (path, file) = opened(path, config)?;
-        let name = || path.display().to_string();
-        let refused = |error| JournalError::File { path: name(), error };
-        let another = |what| JournalError::Another { path: name(), what };
-        let mut reader = BufReader::new(file.try_clone().map_err(refused)?);
-        let empty = file.metadata().map_err(refused)?.len() == 0;
+        let (of, path) = (run_of(config), path.to_owned());
+        let name = path.display().to_string();
+        let refused = |error| JournalError::File { path: name.clone(), error };
+        let another = |what| JournalError::Another { path: name.clone(), what };
+        let empty = disk.length().map_err(refused)? == 0;
+        let mut reader = disk.all().map_err(refused)?;
         let head = record(&mut reader);
-        let mut journal =
-            Self { path: path.clone(), file, end: 0, led: Led::default(), led_at: 0, torn: true };
+        let mut journal = Self { path, disk, end: 0, led: Led::default(), led_at: 0, torn: true };
         match head {
             None if empty && !begin => Ok((journal, None)),
             None if empty => {
@@ -136,7 +207,8 @@ impl Journal {
         path: &Path,
         config: &ConductorConfig,
     ) -> Result<(Self, Option<Past>), JournalError> {
-        Self::opened(path, config, false)
+        let (path, file) = opened(path, config)?;
+        Self::on(Box::new(OnDisk(path.clone(), file)), &path, config, false)
     }
 
     /// What is behind its first `end` octets does not count.
@@ -174,8 +246,7 @@ impl Journal {
     /// If the system refuses.
     pub fn octets(&mut self, from: u64, most: u64) -> std::io::Result<Vec<u8>> {
         let mut octets = vec![0; self.end.saturating_sub(from).min(most) as usize];
-        self.file.seek(SeekFrom::Start(from))?;
-        self.file.read_exact(&mut octets)?;
+        self.disk.read(from, &mut octets)?;
         Ok(octets)
     }
 
@@ -197,7 +268,7 @@ impl Journal {
     /// If the system refuses.
     pub fn copy(&mut self, octets: &[u8]) -> std::io::Result<()> {
         if std::mem::take(&mut self.torn) {
-            self.file.set_len(self.end)?;
+            self.disk.cut(self.end)?;
         }
         self.write(octets)
     }
@@ -208,7 +279,7 @@ impl Journal {
     /// If the system refuses.
     pub fn append_led(&mut self, led: Led) -> std::io::Result<()> {
         if std::mem::take(&mut self.torn) {
-            self.file.set_len(self.end)?;
+            self.disk.cut(self.end)?;
         }
         self.led = led;
         let mut records = Vec::new();
@@ -224,7 +295,7 @@ impl Journal {
     /// If the system refuses.
     pub fn append(&mut self, steps: &[Step]) -> std::io::Result<()> {
         if std::mem::take(&mut self.torn) {
-            self.file.set_len(self.end)?;
+            self.disk.cut(self.end)?;
         }
         let mut records = Vec::new();
         for step in steps {
@@ -234,15 +305,14 @@ impl Journal {
     }
 
     fn write(&mut self, records: &[u8]) -> std::io::Result<()> {
-        self.file.seek(SeekFrom::Start(self.end))?;
-        self.file.write_all(records)?;
+        self.disk.write(self.end, records)?;
         self.end += records.len() as u64;
         Ok(())
     }
 
     /// The run is over, or nobody may go on from here: the file is removed.
     pub fn remove(self) {
-        if let Err(e) = std::fs::remove_file(&self.path) {
+        if let Err(e) = self.disk.remove() {
             tracing::warn!("the journal {} could not be removed: {e}", self.path.display());
         }
     }

@@ -112,6 +112,13 @@ impl Commit {
         epoch > self.led.epoch
     }
 
+    /// How many voices it has, of how many, where it asks for them.
+    #[must_use]
+    pub fn standing(&self) -> Option<(usize, usize)> {
+        let (here, all, _) = self.candidate.standing();
+        self.candidate.contends().then_some((here, all))
+    }
+
     /// That it stands for want of voices, once for each time: how many it has, of how many, who is silent.
     pub fn stands(&mut self) -> Option<(usize, usize, Vec<&str>)> {
         let stands = self.candidate.contends();
