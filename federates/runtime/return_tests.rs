@@ -167,7 +167,7 @@ fn whole(visitors: bool) -> &'static [(String, String, u64)] {
     WHOLE[usize::from(visitors)].get_or_init(|| {
         let mut net = net(1, config(visitors, "freeze"), 0);
         net.run_to_close(10 * MINUTE, &[]);
-        assert_eq!(net.closed.len(), 1, "{:?}", net.conductor.state());
+        assert_eq!(net.closed.len(), 1, "{:?}", net.conductor().state());
         net.digests(0)
     })
 }
@@ -182,8 +182,8 @@ fn killed(at: u64, who: &str, again_ms: u64) -> [Fault; 2] {
 
 /// Runs from the first grant on under faults that begin `at_ms` later.
 fn run(net: &mut Simulation, faults: impl Fn(u64) -> Vec<Fault>) {
-    while net.conductor.phase() != Phase::Running {
-        assert!(net.now < MINUTE, "{:?}", net.conductor.state());
+    while net.conductor().phase() != Phase::Running {
+        assert!(net.now < MINUTE, "{:?}", net.conductor().state());
         net.run(net.now + 1, &[]);
     }
     let faults = faults(net.now);
@@ -192,7 +192,7 @@ fn run(net: &mut Simulation, faults: impl Fn(u64) -> Vec<Fault>) {
         .iter()
         .filter_map(|n| Some((n, net.member(n)?.executed(), net.member(n)?.waits_for())))
         .collect();
-    assert_eq!(net.closed.len(), 1, "{:?} {waits:#?}", net.conductor.state());
+    assert_eq!(net.closed.len(), 1, "{:?} {waits:#?}", net.conductor().state());
 }
 
 /// What is the same, however often members were killed.
@@ -248,7 +248,7 @@ fn a_place_that_is_given_to_another_process_is_the_same_run_and_no_fault() {
             assert_eq!(net.closed[0].reasons, Vec::<String>::new(), "{name} to {to}");
             assert_eq!(count(&net, "place given by command"), 1);
             assert_eq!(count(&net, "taken over"), 1, "{name} to {to} at {at_ms}");
-            let told = net.conductor.state().reasons;
+            let told = net.conductor().state().reasons;
             assert_eq!(told, Vec::<String>::new(), "all is well: {name} to {to}");
             let stood = net.reached.iter().filter(|(_, _, unasked)| *unasked).count() as u64;
             assert_eq!(count(&net, "stood for a move"), stood, "and none of that was a fault");

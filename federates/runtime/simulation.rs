@@ -1,23 +1,27 @@
-//! A whole federation in one thread over a simulated clock, bus and ether: the real [`Conductor`], the real
-//! [`Member`]s and whatever federates are put in. Everything follows from one seed and a list of faults.
+//! A whole federation in one thread over a simulated clock, bus, ether and disk: the real [`Conductor`] with its journal, a standby
+//! where one is started, the real [`Member`]s and whatever federates are put in. Everything follows from one seed and a list of faults.
 
 mod faults;
 mod members;
 mod network;
 mod station;
 
-use super::conductor::{ClosedRun, Conductor, ConductorConfig, Step};
+use super::conductor::{ClosedRun, Conductor, ConductorConfig};
 use super::federate::Federate;
 use super::life_cycle::Phase;
-use super::member::{CONDUCTOR, Member};
-use super::messages::{Frame, Kind, Was};
-use super::run_log::RunLog;
+use super::member::Member;
+use super::messages::{Frame, Kind, Numbered, Order, Was};
+use super::succession::Voter;
 use network::Parcel;
+use station::{Host, PLACES};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use faults::{Fault, What};
 pub use network::Network;
+
+/// The standby of the station, as a fault names it; there is one from its start on.
+pub const STANDBY: &str = "standby";
 
 /// A millisecond in the simulated clock's nanoseconds.
 pub const MS: u64 = 1_000_000;
@@ -47,16 +51,16 @@ struct Node {
     was: Option<Was>,
     /// In whose process it is, if not in one of its own.
     host: Option<String>,
-    /// When its connection to a station that was started again stands.
-    finds_station: u64,
+    /// When its connections to the stations stand that were started last.
+    finds_station: [u64; 2],
+    /// Its voice.
+    voter: Voter,
 }
 
 /// The federation, its network and what became of it.
 pub struct Simulation {
     /// Simulated wall time, ns.
     pub now: u64,
-    /// The conductor.
-    pub conductor: Conductor,
     /// Closed runs.
     pub closed: Vec<ClosedRun>,
     /// Phases reached: phase, frame, whether nobody asked for it.
@@ -74,7 +78,25 @@ pub struct Simulation {
     parcels: BTreeMap<(u64, u64), (String, Parcel)>,
     posted: u64,
     nodes: BTreeMap<String, Node>,
-    conductor_beat: u64,
+    /// The hosts of the station and of its standby.
+    hosts: [Host; 2],
+    /// When those two have a connection.
+    stations_meet: u64,
+    /// Processes of stations so far.
+    processes: u64,
+    /// Where a standby leads on that was not counted yet.
+    leads_on: Option<usize>,
+    /// Who led in which epoch.
+    epochs: BTreeMap<u32, usize>,
+    /// What was said to all, by number.
+    said: BTreeMap<u64, Numbered<Order>>,
+    /// Which of the two stand in a partition for want of voices, and whether that was counted.
+    stands_parted: [bool; 2],
+    stand_parted: bool,
+    /// Who is apart from all others, until when.
+    parts: Vec<(BTreeSet<String>, u64)>,
+    /// What is said of a federation without a conductor.
+    none: Conductor,
     make: Make,
     producers: Vec<String>,
     window: Frame,
@@ -82,11 +104,6 @@ pub struct Simulation {
     /// The last grant that was looked at.
     granted: Frame,
     config: ConductorConfig,
-    log: RunLog,
-    /// The journal of the station.
-    steps: Vec<Step>,
-    /// There is no station.
-    station_dead: bool,
     /// Members that are to leave for another process, by their incarnation.
     yielding: BTreeSet<(String, u64)>,
 }
@@ -106,7 +123,6 @@ impl Simulation {
         let mut simulation = Self {
             front_ends,
             now: 1,
-            conductor: Conductor::new(config.clone()),
             closed: Vec::new(),
             reached: Vec::new(),
             answers: Vec::new(),
@@ -118,17 +134,25 @@ impl Simulation {
             parcels: BTreeMap::new(),
             posted: 0,
             nodes: BTreeMap::new(),
-            conductor_beat: 0,
+            hosts: [Host::new(), Host::new()],
+            stations_meet: 0,
+            processes: 0,
+            leads_on: None,
+            epochs: BTreeMap::new(),
+            said: BTreeMap::new(),
+            stands_parted: [false; 2],
+            stand_parted: false,
+            parts: Vec::new(),
+            none: Conductor::new(config.clone()),
             make,
             producers,
             window,
             granted: 0,
             config,
-            log: RunLog::default(),
-            steps: Vec::new(),
-            station_dead: false,
             yielding: BTreeSet::new(),
         };
+        simulation.start_station(0);
+        simulation.hosts[0].started = 0;
         for (name, kind) in kinds {
             simulation.start(name, *kind);
         }
@@ -170,11 +194,8 @@ impl Simulation {
             let wakes = [deadline, n.hello_at].into_iter().flatten().map(move |at| at.max(rests));
             wakes.chain([n.next_beat.max(n.paused_until)])
         });
-        let conductor = match self.station_dead {
-            true => [u64::MAX; 2],
-            false => [self.conductor.deadline(self.now), self.conductor_beat],
-        };
-        nodes.chain(parcels).chain(conductor).min().unwrap_or(self.now)
+        let hosts = self.hosts.iter().map(|host| host.next(self.now));
+        nodes.chain(parcels).chain(hosts).min().unwrap_or(self.now)
     }
 
     /// Runs until a run is closed, the federation is over or `until`, with `faults` at their times.
@@ -216,21 +237,9 @@ impl Simulation {
         for name in &names {
             self.pass_node(name);
         }
-        if self.station_dead {
-            return;
+        for at in 0..PLACES.len() {
+            self.pass_station(at);
         }
-        if now >= self.conductor_beat {
-            self.conductor_beat = now + BEAT_NS;
-            let beat = self.conductor.own_beat();
-            for name in &names {
-                let parcel = || Parcel::Beat(CONDUCTOR.to_owned(), beat.clone());
-                self.post("", name, parcel, self.network.bus_loss);
-            }
-        }
-        let mut decisions = Vec::new();
-        self.steps.push(Step::Tick(now));
-        self.conductor.tick(now, &mut decisions);
-        self.decide(decisions);
     }
 
     fn pass_node(&mut self, name: &str) {
@@ -250,7 +259,7 @@ impl Simulation {
                 let loss = self.network.bus_loss;
                 let mut others: Vec<String> = self.nodes.keys().cloned().collect();
                 others.retain(|n| n != name);
-                for to in others.iter().map(String::as_str).chain([CONDUCTOR]) {
+                for to in others.iter().map(String::as_str).chain(PLACES) {
                     self.post(name, to, || Parcel::Beat(name.to_owned(), beat.clone()), loss);
                 }
             }

@@ -270,7 +270,7 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
         let to = simulation.now + LOOK_NS;
         let due: Vec<Fault> = rest.extract_if(.., |f| f.at_ns <= to).collect();
         simulation.run_to_close(to, &due);
-        let state = simulation.conductor.state();
+        let state = simulation.conductor().state();
         if named_ns.is_none() && !state.reasons.is_empty() {
             named_ns = Some(simulation.now - first_ns);
         }
@@ -282,7 +282,7 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
         }
     }
     let closed = simulation.closed.first().ok_or("the run does not end")?;
-    let lost = simulation.conductor.state().last_frame - closed.frame;
+    let lost = simulation.conductor().state().last_frame - closed.frame;
     let degraded = closed.reasons.iter().find_map(|reason| {
         let since = reason.strip_prefix("degraded since frame ")?.split(':').next()?;
         since.parse::<u64>().ok()
@@ -292,7 +292,7 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
         stood_s: stood_ns as f64 * 1e-9,
         lost: degraded.map_or(lost, |since| closed.frame + 1 - since),
         same: simulation.digests(0) == *whole,
-        exit: simulation.conductor.exit_code(),
+        exit: simulation.conductor().exit_code(),
     })
 }
 

@@ -120,7 +120,7 @@ impl Trial {
         match simulation.closed.len() {
             1 => Ok(simulation.digests(0)),
             _ => {
-                Err(format!("the undisturbed run does not end: {:?}", simulation.conductor.state()))
+                Err(format!("the undisturbed run does not end: {:?}", simulation.conductor().state()))
             }
         }
     }
@@ -245,7 +245,7 @@ impl Trial {
             return Err(broken.clone());
         }
         if simulation.closed.len() != 1 || simulation.closed[0].failed {
-            let state = simulation.conductor.state();
+            let state = simulation.conductor().state();
             let waits = state.members.iter().filter_map(|m| {
                 let member = simulation.member(&m.name)?;
                 Some(format!("{}: {}", m.name, member.waits_for().join("; ")))

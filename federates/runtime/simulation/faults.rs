@@ -1,11 +1,12 @@
 //! What may happen to a federation, and what it does to the simulated one.
 
 use super::network::Parcel;
+use super::station::PLACES;
 use super::{LEASE_NS, MS, Node, Simulation};
-use crate::runtime::conductor::Input;
-use crate::runtime::member::{CONDUCTOR, Member};
+use crate::runtime::member::Member;
 use crate::runtime::messages::Command;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// What happens to a federation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +26,8 @@ pub enum What {
     Deaf(u64),
     /// Nothing passes from it for so long, ns.
     Mute(u64),
+    /// It and these have no connection to all others for so long, ns.
+    Part(Vec<String>, u64),
     /// Its next frame takes so long, ns; it says so meanwhile.
     Slow(u64),
     /// An operator's command.
@@ -48,7 +51,7 @@ impl Simulation {
         let beside: Vec<String> =
             self.nodes.iter().filter(|(_, n)| hosted(n)).map(|(name, _)| name.clone()).collect();
         self.befall_one(fault);
-        if !matches!(fault.what, What::Start | What::Command(_) | What::Slow(_)) {
+        if !matches!(fault.what, What::Start | What::Command(_) | What::Slow(_) | What::Part(..)) {
             for who in beside {
                 self.befall_one(&Fault { who, ..fault.clone() });
             }
@@ -58,19 +61,14 @@ impl Simulation {
     fn befall_one(&mut self, fault: &Fault) {
         let (now, who) = (self.now, fault.who.clone());
         if let What::Command(command) = &fault.what {
-            if self.station_dead {
-                return self.note("commands to no station");
-            }
-            let decisions = self.tell(Input::Command(command.clone(), 9));
-            return self.decide(decisions);
+            return self.command(command);
         }
-        if who == CONDUCTOR {
-            match fault.what {
-                What::Kill | What::Vanish => self.station_dead = true,
-                What::Start => self.start_station(),
-                _ => {}
-            }
-            return;
+        if let What::Part(others, ns) = &fault.what {
+            let part = others.iter().cloned().chain([who]).collect();
+            return self.part(part, *ns);
+        }
+        if let Some(at) = PLACES.iter().position(|place| *place == who) {
+            return self.befall_station(at, &fault.what);
         }
         let Some(node) = self.nodes.get_mut(&who) else { return };
         let (inc, kind) = (node.member.as_ref().map(Member::inc), node.kind);
@@ -82,7 +80,7 @@ impl Simulation {
             }
             What::Vanish => node.dead = true,
             What::Start if node.dead => self.start(&who, kind),
-            What::Start | What::Command(_) => {}
+            What::Start | What::Command(_) | What::Part(..) => {}
             What::Pause(ns) => {
                 node.paused_until = node.paused_until.max(now + ns);
                 gone = Some((now + LEASE_NS, Some(now + ns)));
@@ -102,10 +100,75 @@ impl Simulation {
         if let (Some((at, back)), Some(inc)) = (gone, inc)
             && back.is_none_or(|back| back > at)
         {
-            self.put(at, CONDUCTOR, Parcel::Alive(who.clone(), inc, false));
-            if let Some(back) = back {
-                self.put(back, CONDUCTOR, Parcel::Alive(who, inc, true));
+            for place in PLACES {
+                self.put(at, place, Parcel::Alive(who.clone(), inc, false));
+                if let Some(back) = back {
+                    self.put(back, place, Parcel::Alive(who.clone(), inc, true));
+                }
             }
         }
+    }
+
+    fn befall_station(&mut self, at: usize, what: &What) {
+        let now = self.now;
+        let host = &mut self.hosts[at];
+        match *what {
+            What::Start => return self.start_station(at),
+            _ if host.dead => return,
+            What::Kill | What::Vanish => {
+                host.dead = true;
+                let closes = if *what == What::Kill { 8 * MS } else { LEASE_NS };
+                self.put(now + closes, PLACES[1 - at], Parcel::Station(false));
+            }
+            What::Pause(ns) => {
+                host.paused_until = host.paused_until.max(now + ns);
+                self.connection_ends(at, ns);
+            }
+            What::Cut(ns) => {
+                host.deaf_until = host.deaf_until.max(now + ns);
+                host.mute_until = host.mute_until.max(now + ns);
+                self.connection_ends(at, ns);
+                let names: Vec<String> = self.nodes.keys().cloned().collect();
+                names.iter().for_each(|name| self.token_ends(name, at, ns));
+            }
+            What::Deaf(ns) => host.deaf_until = host.deaf_until.max(now + ns),
+            What::Mute(ns) => host.mute_until = host.mute_until.max(now + ns),
+            What::Slow(_) | What::Command(_) | What::Part(..) => {}
+        }
+    }
+
+    /// The other station sees that the connection of this one is gone for so long.
+    fn connection_ends(&mut self, at: usize, ns: u64) {
+        if ns > LEASE_NS {
+            self.put(self.now + LEASE_NS, PLACES[1 - at], Parcel::Station(false));
+            self.put(self.now + ns, PLACES[1 - at], Parcel::Station(true));
+        }
+    }
+
+    /// A station sees that the connection of a member is gone for so long.
+    fn token_ends(&mut self, name: &str, at: usize, ns: u64) {
+        let member = self.nodes.get(name).filter(|node| !node.dead);
+        let inc = member.and_then(|node| node.member.as_ref()).map(Member::inc);
+        if let Some(inc) = inc.filter(|_| ns > LEASE_NS) {
+            let alive = |alive| Parcel::Alive(name.to_owned(), inc, alive);
+            self.put(self.now + LEASE_NS, PLACES[at], alive(false));
+            self.put(self.now + ns, PLACES[at], alive(true));
+        }
+    }
+
+    fn part(&mut self, mut part: BTreeSet<String>, ns: u64) {
+        let with = |n: &&Node| n.host.as_ref().is_some_and(|host| part.contains(host));
+        let beside = self.nodes.iter().filter(|(_, n)| with(n)).map(|(name, _)| name.clone());
+        let beside: Vec<String> = beside.collect();
+        part.extend(beside);
+        for (at, place) in PLACES.iter().enumerate() {
+            let names = self.nodes.keys().filter(|n| part.contains(*n) != part.contains(*place));
+            let names: Vec<String> = names.cloned().collect();
+            names.iter().for_each(|name| self.token_ends(name, at, ns));
+        }
+        if part.contains(PLACES[0]) != part.contains(PLACES[1]) {
+            (0..PLACES.len()).for_each(|at| self.connection_ends(at, ns));
+        }
+        self.parts.push((part, self.now + ns));
     }
 }

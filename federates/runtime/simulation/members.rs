@@ -1,10 +1,11 @@
 //! The simulated processes of members: started, joining, and what a member wants done.
 
 use super::network::Parcel;
+use super::station::{PLACES, Role};
 use super::{HELLO_AGAIN_NS, Node, Simulation};
-use crate::runtime::conductor::{Effect as Decision, Input};
 use crate::runtime::member::{CONDUCTOR, Effect, Member, Remake};
-use crate::runtime::messages::{Accepted, Hello, Kind, Welcome};
+use crate::runtime::messages::{Accepted, Hello, Kind};
+use crate::runtime::succession::Voter;
 use std::sync::Arc;
 
 impl Simulation {
@@ -23,7 +24,8 @@ impl Simulation {
             hello_at: Some(self.now),
             was: None,
             host: None,
-            finds_station: 0,
+            finds_station: [0; 2],
+            voter: Voter::default(),
         };
         self.nodes.insert(name.to_owned(), node);
     }
@@ -41,7 +43,9 @@ impl Simulation {
                 }
                 Effect::Report(report) => {
                     let parcel = || Parcel::Report(name.to_owned(), report.clone());
-                    self.post(name, CONDUCTOR, parcel, loss);
+                    for to in PLACES {
+                        self.post(name, to, parcel, loss);
+                    }
                     for to in self.consumers().into_iter().filter(|to| to != name) {
                         self.post(name, &to, parcel, loss);
                     }
@@ -52,7 +56,12 @@ impl Simulation {
                 }
                 Effect::Fetch { holder, ask } => {
                     self.note("messages asked for");
-                    self.post(name, &holder, || Parcel::Fetch(name.into(), ask.clone()), loss);
+                    let parcel = || Parcel::Fetch(name.into(), ask.clone());
+                    if holder == CONDUCTOR {
+                        PLACES.iter().for_each(|to| self.post(name, to, parcel, loss));
+                    } else {
+                        self.post(name, &holder, parcel, loss);
+                    }
                 }
                 Effect::Rejoin(was) => {
                     self.note("outcast");
@@ -99,7 +108,7 @@ impl Simulation {
         let now = self.now;
         let Some(node) = self.nodes.get_mut(name) else { return };
         node.hello_at = Some(now + HELLO_AGAIN_NS);
-        let (muted, deaf) = (node.mute_until > now, node.deaf_until > now);
+        let muted = node.mute_until > now;
         let process = node.host.as_deref().unwrap_or(name).to_owned();
         let pid = self.nodes.keys().position(|n| *n == process).map_or(0, |at| at as u32 + 1);
         let Some(node) = self.nodes.get(name) else { return };
@@ -116,37 +125,24 @@ impl Simulation {
         if muted {
             return;
         }
-        if self.station_dead || self.apart(name, CONDUCTOR) {
-            return;
-        }
-        let decisions = self.tell(Input::Hello(hello, 0));
-        let welcome = decisions.iter().find_map(|d| match d {
-            Decision::Welcome(_, welcome) => Some(welcome.clone()),
-            _ => None,
-        });
-        self.decide(decisions);
-        if deaf || self.chance(self.network.bus_loss) {
-            return self.note("answers to a hello lost");
-        }
-        match welcome {
-            Some(Welcome::Accepted(accepted)) => self.accepted(name, &accepted),
-            Some(Welcome::Later(_)) | None => {
-                if let Some(node) = self.nodes.get_mut(name) {
-                    node.hello_at = Some(now + HELLO_AGAIN_NS / 5);
-                }
-            }
-            Some(Welcome::NameTaken) => self.note("refused"),
-            Some(Welcome::Refused(why)) => {
-                // Another process of that name lives, as far as the conductor knows: later perhaps not.
-                self.note("refused");
-                if !why.contains("already running") {
-                    self.broken.push(format!("{name} was refused: {why}"));
-                }
+        for at in 0..PLACES.len() {
+            let leads = self.works(at) && self.hosts[at].deaf_until <= now;
+            if leads && !self.apart(name, PLACES[at]) {
+                self.hello(at, hello.clone());
             }
         }
     }
 
-    fn accepted(&mut self, name: &str, accepted: &Accepted) {
+    /// It is to ask again soon.
+    pub(super) fn hello_later(&mut self, name: &str) {
+        let at = self.now + HELLO_AGAIN_NS / 5;
+        if let Some(node) = self.nodes.get_mut(name) {
+            node.hello_at = Some(at);
+        }
+    }
+
+    /// The station there accepted it.
+    pub(super) fn accepted(&mut self, at: usize, name: &str, accepted: &Accepted) {
         let make = Arc::clone(&self.make);
         let (made, producers) = (Arc::clone(&make), self.producers.clone());
         let remake: Remake =
@@ -154,13 +150,14 @@ impl Simulation {
         let Some(node) = self.nodes.get_mut(name) else { return };
         node.hello_at = None;
         node.was = None;
+        node.voter.enrol(accepted.fed, accepted.inc, accepted.epoch);
         let mut effects = Vec::new();
         let again = node.member.is_some();
         let member =
             node.member.get_or_insert_with(|| Member::new(make(name), name, accepted, || 0));
         if again || accepted.enter.is_some() {
             let run = accepted.enter.as_ref().map_or(0, |enter| enter.config.run);
-            let log = &mut self.log;
+            let Role::Leads(_, log) = &mut self.hosts[at].role else { return };
             let mut pages = |page| Ok(log.page(run, page));
             member.enter(accepted, Some(&remake), &mut pages, &mut effects);
         }

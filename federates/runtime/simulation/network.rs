@@ -1,12 +1,14 @@
 //! The simulated network: messages and PDUs on their way, late, lost, twice or out of order.
 
+use super::station::PLACES;
 use super::{LEASE_NS, Simulation};
-use crate::runtime::conductor::Input;
 use crate::runtime::federate::Octets;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::{Beat, FetchOf, Fetched, Numbered, Order, Repair, Repaired, Report};
+use crate::runtime::succession::{Candidacy, Steps, StepsAsk, Voted};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// How the network behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +27,8 @@ pub(super) enum Parcel {
     Order(Numbered<Order>),
     Report(String, Numbered<Report>),
     Beat(String, Beat),
+    /// A beat of the conductor that its voice has heard before.
+    LateBeat(Beat),
     Pdus(Vec<Octets>),
     Repair(String, Repair),
     Repaired(Repaired),
@@ -32,15 +36,24 @@ pub(super) enum Parcel {
     Orders(Fetched<Order>),
     Reports(Fetched<Report>),
     Alive(String, u64, bool),
+    /// Of which process, which one of it; no answer comes.
+    StepsAsk(u64, u64, StepsAsk),
+    Steps(u64, u64, Option<Steps>),
+    /// Where the asker is.
+    Candidacy(&'static str, Candidacy),
+    Voted(String, Voted),
+    Leads(u32),
+    /// The connection to a station is there, or gone.
+    Station(bool),
 }
 
 impl Simulation {
     /// Puts a message on its way, if it gets on it.
     pub(super) fn post(&mut self, from: &str, to: &str, make: impl Fn() -> Parcel, loss: u64) {
-        if self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now) {
-            return;
-        }
-        if self.apart(from, to) {
+        // Who follows a station does not hear what members tell it.
+        let place = |name: &str| PLACES.iter().position(|place| *place == name);
+        let follows = place(to).is_some_and(|at| self.hosts[at].lead().is_none());
+        if self.silenced(from, to) || (follows && place(from).is_none()) {
             return;
         }
         for _ in 0..1 + u64::from(self.chance(self.network.twice)) {
@@ -53,16 +66,36 @@ impl Simulation {
         }
     }
 
-    /// Whether one of the two is a station that is gone, or to which the other has no connection yet.
-    pub(super) fn apart(&self, from: &str, to: &str) -> bool {
-        if self.station_dead && to == CONDUCTOR {
-            return true;
-        }
-        let other = match (from, to) {
-            ("", name) | (name, CONDUCTOR) => name,
-            _ => return false,
+    /// Whether nothing gets on its way from one to the other.
+    pub(super) fn silenced(&self, from: &str, to: &str) -> bool {
+        let muted = match PLACES.iter().position(|place| *place == from) {
+            Some(at) => self.hosts[at].mute_until > self.now,
+            None => self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now),
         };
-        self.nodes.get(other).is_some_and(|node| node.finds_station > self.now)
+        muted || self.apart(from, to)
+    }
+
+    /// Whether a partition is between the two.
+    pub(super) fn parted(&self, one: &str, two: &str) -> bool {
+        let between = |(part, until): &(BTreeSet<String>, u64)| {
+            *until > self.now && part.contains(one) != part.contains(two)
+        };
+        self.parts.iter().any(between)
+    }
+
+    /// Whether one of the two is a station that is gone, or to which the other has no connection yet, or a partition is between them.
+    pub(super) fn apart(&self, from: &str, to: &str) -> bool {
+        let place = |name: &str| PLACES.iter().position(|place| *place == name);
+        let found = |name: &str, at: usize| {
+            self.nodes.get(name).is_none_or(|node| node.finds_station[at] <= self.now)
+        };
+        let connected = match (place(from), place(to)) {
+            (Some(_), Some(_)) => self.stations_meet <= self.now,
+            (Some(at), None) => found(to, at),
+            (None, Some(at)) => !self.hosts[at].dead && found(from, at),
+            (None, None) => true,
+        };
+        !connected || self.parted(from, to)
     }
 
     pub(super) fn put(&mut self, at: u64, to: &str, parcel: Parcel) {
@@ -70,14 +103,30 @@ impl Simulation {
         self.parcels.insert((at, self.posted), (to.to_owned(), parcel));
     }
 
-    pub(super) fn deliver(&mut self, to: &str, parcel: Parcel) {
+    pub(super) fn deliver(&mut self, to: &str, mut parcel: Parcel) {
         let now = self.now;
-        if to == CONDUCTOR {
-            return self.deliver_to_conductor(parcel);
+        if let Some(at) = PLACES.iter().position(|place| *place == to) {
+            return self.deliver_to_station(at, parcel);
         }
         let Some(node) = self.nodes.get_mut(to).filter(|n| !n.dead && n.deaf_until <= now) else {
             return;
         };
+        if node.paused_until <= now {
+            // Voices are given beside the loop, which may be at a heavy frame.
+            match parcel {
+                Parcel::Beat(from, beat) if from == CONDUCTOR => {
+                    node.voter.beat(now);
+                    parcel = Parcel::LateBeat(beat);
+                }
+                Parcel::Candidacy(asker, question) => {
+                    if let Some(voted) = node.voter.asked(now, &question) {
+                        self.reply(to, asker, Parcel::Voted(to.to_owned(), voted));
+                    }
+                    return;
+                }
+                other => parcel = other,
+            }
+        }
         let rests_until = node.paused_until.max(node.busy_until);
         if rests_until > now {
             // What waits for a process that stands still for long is lost with its connection.
@@ -93,6 +142,7 @@ impl Simulation {
             Parcel::Order(order) => member.order(now, order, &mut effects),
             Parcel::Report(from, report) => member.report(now, &from, report, &mut effects),
             Parcel::Beat(from, beat) => member.hear_beat(now, &from, &beat),
+            Parcel::LateBeat(beat) => member.hear_beat(now, CONDUCTOR, &beat),
             Parcel::Pdus(pdus) => member.pdus(now, pdus, &mut effects),
             Parcel::Repaired(repaired) => member.repaired(now, repaired, &mut effects),
             Parcel::Orders(fetched) => member.fetched_orders(now, fetched, &mut effects),
@@ -101,10 +151,12 @@ impl Simulation {
                 answer = Some((from, Parcel::Repaired(member.repair(&repair))));
             }
             Parcel::Fetch(from, ask) => answer = Some((from, Parcel::Reports(member.fetch(&ask)))),
-            Parcel::Alive(..) => {}
+            _ => {}
         }
         let executed = member.executed();
-        if executed > self.conductor.granted() && self.conductor.phase() == Phase::Running {
+        let granted = self.hosts.iter().filter_map(|host| Some(host.lead()?.conductor().granted()));
+        let granted = granted.max().unwrap_or(0);
+        if executed > granted && self.conductor().phase() == Phase::Running {
             self.broken.push(format!("{to} executed frame {executed}, which was not granted"));
         }
         self.act(to, effects);
@@ -114,34 +166,10 @@ impl Simulation {
     }
 
     /// An answer, which is lost as any message is.
-    fn reply(&mut self, from: &str, to: &str, parcel: Parcel) {
-        let muted = self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now);
-        if !muted && !self.apart(from, to) && !self.chance(self.network.bus_loss) {
+    pub(super) fn reply(&mut self, from: &str, to: &str, parcel: Parcel) {
+        if !self.silenced(from, to) && !self.chance(self.network.bus_loss) {
             let at = self.now + 10_000 + self.draw(self.network.delay_ns.max(1));
             self.put(at, to, parcel);
         }
-    }
-
-    fn deliver_to_conductor(&mut self, parcel: Parcel) {
-        if self.station_dead {
-            return;
-        }
-        let input = match parcel {
-            Parcel::Report(from, report) => Input::Report(from, report),
-            Parcel::Beat(from, beat) => Input::Beat(from, beat),
-            Parcel::Reports(fetched) => Input::Fetched(fetched),
-            Parcel::Alive(name, inc, alive) => Input::Alive(name, inc, alive),
-            Parcel::Fetch(from, ask) if ask.of == CONDUCTOR => {
-                let fetched = self.conductor.fetch_orders(&ask);
-                return self.reply("", &from, Parcel::Orders(fetched));
-            }
-            Parcel::Fetch(from, ask) => {
-                let fetched = self.conductor.fetch_reports(&ask);
-                return self.reply("", &from, Parcel::Reports(fetched));
-            }
-            _ => return,
-        };
-        let decisions = self.tell(input);
-        self.decide(decisions);
     }
 }
