@@ -6,7 +6,7 @@ use super::trial::{Digests, Trial};
 use crate::runtime::cli::out;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::Command;
-use crate::runtime::simulation::{Fault, MS, Network, What};
+use crate::runtime::simulation::{Fault, MS, Network, STANDBY, What};
 use scenarios::losses::{Losses, on_loss_flag};
 
 /// A fault as the table has it.
@@ -177,6 +177,7 @@ fn rows() -> Vec<Row> {
             vec![(5.0, GENERATOR, What::Kill)],
         ),
     ];
+    rows.extend(rows_of_stations());
     rows.extend(rows_of_control());
     for (name, who, called) in
         [("generator", GENERATOR, "a generator"), ("smdfm", SMDFM, "the SMDFM")]
@@ -209,6 +210,69 @@ fn rows() -> Vec<Row> {
         }
     }
     rows
+}
+
+/// Faults of the administration station, alone and where it has a standby.
+fn rows_of_stations() -> Vec<Row> {
+    let five_s = 5_000 * MS;
+    let with = |name: &str, what: &str, faults: Vec<(f64, &'static str, What)>| {
+        let faults = [vec![(0.0, STANDBY, What::Start)], faults].concat();
+        row(name, what, "freeze", faults)
+    };
+    let side = [WORLD, SMDFM].map(str::to_owned).to_vec();
+    vec![
+        row(
+            "pause-station-5",
+            "the administration station stands still for 5 s",
+            "freeze",
+            vec![(5.0, CONDUCTOR, What::Pause(five_s))],
+        ),
+        row(
+            "cut-station-5",
+            "the link of the administration station is cut for 5 s",
+            "freeze",
+            vec![(5.0, CONDUCTOR, What::Cut(five_s))],
+        ),
+        with(
+            "standby-kill-station",
+            "the administration station is killed, its standby leads on",
+            vec![(6.0, CONDUCTOR, What::Kill)],
+        ),
+        with(
+            "standby-vanish-station",
+            "the station's host is gone and nobody is told, its standby leads on",
+            vec![(6.0, CONDUCTOR, What::Vanish)],
+        ),
+        with(
+            "standby-pause-station",
+            "the station stands still for 5 s, its standby leads on",
+            vec![(6.0, CONDUCTOR, What::Pause(five_s))],
+        ),
+        with(
+            "standby-cut-station",
+            "the link of the station is cut for 5 s, its standby leads on",
+            vec![(6.0, CONDUCTOR, What::Cut(five_s))],
+        ),
+        with(
+            "standby-kill-station-smdfm",
+            "the station and, 50 ms later, the SMDFM are killed; the standby leads on, the SMDFM is started again after 0.5 s",
+            vec![
+                (6.0, CONDUCTOR, What::Kill),
+                (6.05, SMDFM, What::Kill),
+                (6.55, SMDFM, What::Start),
+            ],
+        ),
+        with(
+            "standby-kill-standby",
+            "the standby is killed, the station goes on without it",
+            vec![(6.0, STANDBY, What::Kill)],
+        ),
+        with(
+            "standby-part",
+            "the station and two of four members are apart from the standby and the others for 5 s: no majority, both stand",
+            vec![(6.0, CONDUCTOR, What::Part(side, five_s))],
+        ),
+    ]
 }
 
 /// Faults of the functions on tracks, in a scene that has them.
@@ -264,7 +328,8 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
             Fault { at_ns, who: (*who).to_owned(), what: what.clone() }
         })
         .collect();
-    let first_ns = rest.iter().map(|f| f.at_ns).min().unwrap_or(0);
+    let befalls = |f: &&Fault| f.what != What::Start;
+    let first_ns = rest.iter().filter(befalls).map(|f| f.at_ns).min().unwrap_or(0);
     let (mut named_ns, mut stood_ns, mut frame, mut since) = (None, 0_u64, 0, None::<u64>);
     while simulation.closed.is_empty() && simulation.now < WITHIN_NS {
         let to = simulation.now + LOOK_NS;
@@ -303,7 +368,9 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
 pub(super) fn print(trial: &Trial, whole: &Digests, only: Option<&str>) -> Result<(), String> {
     let names = trial.names();
     let known = |row: &Row| {
-        row.faults.iter().all(|(_, who, _)| ["", CONDUCTOR].contains(who) || names.contains(who))
+        row.faults
+            .iter()
+            .all(|(_, who, _)| ["", CONDUCTOR, STANDBY].contains(who) || names.contains(who))
     };
     let all: Vec<Row> = rows().into_iter().filter(known).collect();
     let named = |row: &Row| only.is_none_or(|word| row.name.contains(word));
@@ -354,6 +421,10 @@ mod tests {
             // Stood: what it takes to be sure (0.35 s a killed process, 2 s one of which nothing is heard), to agree and to make again.
             // A station that is started again is found by each federate within 4 s.
             let station = row.faults.iter().any(|f| f.1 == CONDUCTOR);
+            let standby = row.faults.iter().any(|f| f.1 == STANDBY);
+            if standby && !row.faults.iter().any(|f| matches!(f.2, What::Part(..))) {
+                assert!(seen.stood_s < 3.0, "{}: {seen:?}", row.name);
+            }
             if row.on_loss == "takeover" {
                 let most_s = if station { 4.2 } else { 1.6 };
                 assert!(seen.stood_s < most_s, "{}: {seen:?}", row.name);

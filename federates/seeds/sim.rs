@@ -147,7 +147,7 @@ fn shrink(faults: &[Fault], fails: impl Fn(&[Fault]) -> bool) -> Vec<Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trial::{Digests, taking_over};
+    use super::super::trial::{Digests, has_standby, taking_over};
     use super::*;
     use crate::federation::is_front_end;
     use crate::runtime::simulation::MS;
@@ -168,6 +168,35 @@ mod tests {
         }
         for what in ["seal", "cut", "view that waits", "admit", "outcast", "frozen by a fault"] {
             assert!(seen.get(what).is_some_and(|n| *n >= 5), "{what} was hardly reached: {seen:?}");
+        }
+    }
+
+    /// The station is lost where it has a standby, or the two lose each other: every digest is that of the undisturbed run, nobody says two
+    /// things, no epoch has two leaders, and each row of the table of faults that speaks of a standby is reached.
+    #[test]
+    fn with_a_standby_whatever_befalls_the_station_the_digests_are_the_same() {
+        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
+        let trial = Trial::new(Arc::new(scene), 20.0);
+        let whole = trial.undisturbed().expect("it ends");
+        let mut seen = BTreeMap::new();
+        for seed in (1..=175).filter(|seed| has_standby(*seed)) {
+            let faults = trial.draw(seed);
+            if let Err(why) = trial.holds(seed, &faults, &whole, &mut seen) {
+                panic!("seed {seed}: {why} under {faults:?}");
+            }
+        }
+        for row in [
+            "standby is in",
+            "standby leads: station lost",
+            "standby leads: station and a member lost",
+            "standby leads: station stands still",
+            "standby leads: station cut off",
+            "station stands down",
+            "station goes on without its standby",
+            "both stand without a majority",
+            "station made again",
+        ] {
+            assert!(seen.get(row).is_some_and(|n| *n >= 1), "{row} was not reached: {seen:?}");
         }
     }
 

@@ -8,7 +8,7 @@ use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::federate::Federate;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::{Command, Kind};
-use crate::runtime::simulation::{Fault, MS, Make, Network, Simulation, What};
+use crate::runtime::simulation::{Fault, MS, Make, Network, STANDBY, Simulation, What};
 use crate::smdfm::Smdfm;
 use crate::smdfm::front_end::FrontEnd;
 use crate::traffic_generator::TrafficGenerator;
@@ -119,14 +119,16 @@ impl Trial {
         simulation.run(600_000 * MS, &[]);
         match simulation.closed.len() {
             1 => Ok(simulation.digests(0)),
-            _ => {
-                Err(format!("the undisturbed run does not end: {:?}", simulation.conductor().state()))
-            }
+            _ => Err(format!(
+                "the undisturbed run does not end: {:?}",
+                simulation.conductor().state()
+            )),
         }
     }
 
     /// Faults of a seed: one to three members die or are interrupted, close together or not, and are started
-    /// again; in some seeds while they join, while an operator freezes the run, under `takeover` with places that move, or with the station.
+    /// again; in some seeds while they join, while an operator freezes the run, under `takeover` with places that move, with the station, or
+    /// with the station and its standby.
     #[must_use]
     pub fn draw(&self, seed: u64) -> Vec<Fault> {
         let mut dice = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -189,6 +191,9 @@ impl Trial {
                 faults.push(Fault { at_ns, who, what: What::Start });
             }
         }
+        if has_standby(seed) {
+            return self.with_stations(faults, &mut draw);
+        }
         if takes_over(seed) {
             // Places go from process to process by command, near a fault or anywhere.
             let places = ["external-world", "traffic-generator-1", "traffic-generator-2"];
@@ -202,6 +207,67 @@ impl Trial {
                 let what = What::Command(Command::Move { name, to });
                 faults.push(Fault { at_ns, who: String::new(), what });
             }
+        }
+        faults
+    }
+
+    /// A standby is there, and the station is lost, with or without a member, or the two lose each other. Members that die otherwise too take
+    /// their voices with them, so then both stations are started again.
+    fn with_stations(&self, others: Vec<Fault>, draw: &mut impl FnMut(u64) -> u64) -> Vec<Fault> {
+        let fault =
+            |at_ms: u64, who: &str, what| Fault { at_ns: at_ms * MS, who: who.to_owned(), what };
+        let names = self.names();
+        // It is found within four seconds, by each for itself.
+        let mut faults = vec![fault(draw(500), STANDBY, What::Start)];
+        let at_ms = 5_000 + draw((self.duration_s * 250.0) as u64);
+        let long_ms = 100 + draw(7_000);
+        let for_ns = long_ms * MS;
+        let kind = draw(10);
+        let member = names[draw(names.len() as u64) as usize];
+        let near_ms = at_ms + draw(600);
+        match kind {
+            0 => faults.push(fault(at_ms, CONDUCTOR, What::Kill)),
+            1 => {
+                faults.push(fault(at_ms, CONDUCTOR, What::Kill));
+                faults.push(fault(at_ms + long_ms, CONDUCTOR, What::Start));
+            }
+            2 => faults.push(fault(at_ms, CONDUCTOR, What::Pause(for_ns))),
+            3 => faults.push(fault(at_ms, CONDUCTOR, What::Cut(for_ns))),
+            4 => faults.push(fault(at_ms, CONDUCTOR, What::Deaf(for_ns))),
+            5 => faults.push(fault(at_ms, CONDUCTOR, What::Mute(for_ns))),
+            6 => {
+                faults.push(fault(at_ms, CONDUCTOR, What::Vanish));
+                faults.push(fault(near_ms, member, What::Kill));
+                faults.push(fault(near_ms + 300 + draw(5_000), member, What::Start));
+            }
+            // As many voters on each side, or one more here or there.
+            7 | 8 => {
+                let few = names.len() / 2 - 1 + draw(3) as usize;
+                let from = draw(names.len() as u64) as usize;
+                let with = names.iter().cycle().skip(from).take(few);
+                let with = with.map(|name| (*name).to_owned()).collect();
+                faults.push(fault(at_ms, CONDUCTOR, What::Part(with, for_ns)));
+            }
+            _ => {
+                let what = [What::Kill, What::Pause(for_ns), What::Cut(for_ns)];
+                faults.push(fault(at_ms, STANDBY, what[draw(3) as usize].clone()));
+                faults.push(fault(at_ms + long_ms, STANDBY, What::Start));
+                let again_ms = at_ms + long_ms + draw(4_000);
+                faults.push(fault(again_ms, CONDUCTOR, What::Kill));
+                faults.push(fault(again_ms + draw(3_000), CONDUCTOR, What::Start));
+            }
+        }
+        if draw(3) == 0 {
+            faults.extend(others);
+        } else if draw(2) == 0 {
+            // Who stood down, or was lost, is the standby of the other from then on.
+            for after_ms in [long_ms + 500, long_ms + 4_000] {
+                faults.push(fault(at_ms + after_ms, CONDUCTOR, What::Start));
+            }
+        }
+        for after_ms in [25_000, 26_000, 40_000, 41_000, 50_000] {
+            faults.push(fault(after_ms, CONDUCTOR, What::Start));
+            faults.push(fault(after_ms, STANDBY, What::Start));
         }
         faults
     }
@@ -231,7 +297,12 @@ impl Trial {
     ) -> Result<(), String> {
         let network = Network {
             delay_ns: [MS / 10, 3 * MS, 20 * MS][(seed % 3) as usize],
-            bus_loss: if seed.is_multiple_of(2) { 0 } else { seed % 100 },
+            bus_loss: match seed {
+                _ if seed.is_multiple_of(2) => 0,
+                // Every word waits for the standby, which asks again for what is lost after a second.
+                _ if faults.iter().any(|fault| fault.who == STANDBY) => seed % 20,
+                _ => seed % 100,
+            },
             udp_loss: seed % 300,
             twice: 100,
         };
@@ -270,4 +341,9 @@ pub(super) fn taking_over() -> Losses {
 /// Whether a seed's run replaces who is lost.
 pub(super) fn takes_over(seed: u64) -> bool {
     seed % 4 == 3
+}
+
+/// Whether a seed's run has a standby.
+pub(super) fn has_standby(seed: u64) -> bool {
+    seed % 7 == 2 || seed % 7 == 5
 }
