@@ -9,11 +9,11 @@ mod station;
 use super::conductor::{ClosedRun, Conductor, ConductorConfig};
 use super::federate::Federate;
 use super::life_cycle::Phase;
-use super::member::Member;
+use super::member::{CONDUCTOR, Member};
 use super::messages::{Frame, Kind, Numbered, Order, Was};
 use super::succession::Voter;
 use network::Parcel;
-use station::{Host, PLACES};
+use station::Host;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -22,6 +22,9 @@ pub use network::Network;
 
 /// The standby of the station, as a fault names it; there is one from its start on.
 pub const STANDBY: &str = "standby";
+
+/// Where the station is, and its standby.
+const PLACES: [&str; 2] = [CONDUCTOR, STANDBY];
 
 /// A millisecond in the simulated clock's nanoseconds.
 pub const MS: u64 = 1_000_000;

@@ -1,8 +1,7 @@
 //! What may happen to a federation, and what it does to the simulated one.
 
 use super::network::Parcel;
-use super::station::PLACES;
-use super::{LEASE_NS, MS, Node, Simulation};
+use super::{LEASE_NS, MS, Node, PLACES, Simulation};
 use crate::runtime::member::Member;
 use crate::runtime::messages::Command;
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,8 @@
 //! The simulated processes of members: started, joining, and what a member wants done.
 
 use super::network::Parcel;
-use super::station::{PLACES, Role};
-use super::{HELLO_AGAIN_NS, Node, Simulation};
+use super::station::Role;
+use super::{HELLO_AGAIN_NS, Node, PLACES, Simulation};
 use crate::runtime::member::{CONDUCTOR, Effect, Member, Remake};
 use crate::runtime::messages::{Accepted, Hello, Kind};
 use crate::runtime::succession::Voter;

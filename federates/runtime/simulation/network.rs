@@ -1,7 +1,6 @@
 //! The simulated network: messages and PDUs on their way, late, lost, twice or out of order.
 
-use super::station::PLACES;
-use super::{LEASE_NS, Simulation};
+use super::{LEASE_NS, PLACES, Simulation};
 use crate::runtime::federate::Octets;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;

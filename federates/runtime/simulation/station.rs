@@ -1,7 +1,7 @@
 //! The simulated hosts of the administration station and of its standby: what they decide is carried out, and what has to hold is checked.
 
 use super::network::Parcel;
-use super::{BEAT_NS, LEASE_NS, MS, Node, RECONNECT_NS, STANDBY, Simulation};
+use super::{BEAT_NS, LEASE_NS, MS, Node, PLACES, RECONNECT_NS, Simulation};
 use crate::runtime::conductor::{Conductor, Effect as Decision, Input, Token, Why};
 use crate::runtime::follower::{Becomes, Follower};
 use crate::runtime::journal::{Disk, Journal, JournalError, Past};
@@ -18,9 +18,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// A journal and what it holds already.
 type Opened = (Journal, Option<Past>);
-
-/// Where the station is, and its standby.
-pub(super) const PLACES: [&str; 2] = [CONDUCTOR, STANDBY];
 
 /// How often a standby looks at its clock, ns.
 const LOOK_NS: u64 = 50 * MS;
