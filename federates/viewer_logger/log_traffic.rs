@@ -61,7 +61,7 @@ pub fn core_after(
             order: Order::told(g.kind, g.by_person),
         });
     }
-    for frame in 1..=frames.min(whole.run.frames()) {
+    for frame in 1..=frames {
         for notice in given.remove(&frame).into_iter().flatten() {
             core.notice(notice);
         }

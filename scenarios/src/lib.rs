@@ -50,7 +50,7 @@ pub use weather::WeatherNotice;
 
 use models::flight_list::FlightList;
 use models::sensors::radar::shadow::Building;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Everything of a run, as plain checked values.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,9 +104,12 @@ impl Scene {
     /// If one cannot be read any more.
     pub fn sources(&self) -> std::io::Result<Vec<(String, Vec<u8>)>> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
+        // Below an empty folder (a scene where one stands) there is every path.
+        let below = |path: &Path| path.components().all(|c| matches!(c, Component::Normal(_)));
         let name = |path: &Path| {
-            let short = path.strip_prefix(folder).or_else(|_| path.strip_prefix(files::SHIPPED));
-            let short = short.unwrap_or_else(|_| Path::new(path.file_name().unwrap_or_default()));
+            let short = path.strip_prefix(files::SHIPPED).or_else(|_| path.strip_prefix(folder));
+            let short = short.ok().filter(|short| below(short));
+            let short = short.unwrap_or(Path::new(path.file_name().unwrap_or_default()));
             short.to_string_lossy().into_owned()
         };
         let mut all: Vec<&PathBuf> = std::iter::once(&self.path).chain(&self.files).collect();
@@ -318,10 +321,16 @@ pub(crate) fn data_folders(scene: &Path) -> Vec<PathBuf> {
     folders.into_iter().flatten().collect()
 }
 
-/// A data file of the product: the first one there is in [`data_folders`].
+/// A data file that a scene names: the first one there is in [`data_folders`]; one that was elsewhere and is gone may lie beside the
+/// scene, where the log of a run puts it.
 pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
+    let named = Path::new(name);
+    let elsewhere = !named.components().all(|c| matches!(c, Component::Normal(_)));
+    let file = named.file_name().filter(|_| elsewhere);
+    let beside = file.map(|file| scene.parent().unwrap_or(Path::new("")).join(file));
     let candidates = data_folders(scene).into_iter().map(|folder| folder.join(name));
-    candidates.into_iter().find(|path| files::is_file(path)).unwrap_or(files::shipped(name))
+    let mut candidates = candidates.chain(beside);
+    candidates.find(|path| files::is_file(path)).unwrap_or(files::shipped(name))
 }
 
 /// Hash of the values of the scene (without `[network]`) and of its data files by name and content.

@@ -1,6 +1,6 @@
 //! What the executable says of layouts and of the traffic of a scene.
 
-use crate::common::{self, finish, stderr};
+use crate::common::{self, Folder, Ports, finish, stderr};
 use serde_json::Value;
 
 fn said(arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -43,7 +43,7 @@ fn a_way_begins_and_ends_at_every_name_that_is_listed() {
             assert!(ways > 0, "{file}: from no {kind} to {stand}");
         }
     }
-    let (code, _, error) = said(&["airport", "route", "XSYN", "27L", "nowhere"]);
+    let (code, _, error) = said(&["airport", "route", "XSYN", "nowhere", "nowhere"]);
     assert_eq!(code, Some(2), "{error}");
     assert!(error.contains("nowhere: neither node nor stand"), "{error}");
 }
@@ -66,4 +66,34 @@ fn the_flights_of_generated_traffic_are_listed() {
     let listed =
         |r: &&Value| lines.contains(&format!("{} (", r["callsign"].as_str().expect("one")));
     assert_eq!(rows.iter().filter(listed).count(), rows.len(), "{lines}");
+}
+
+/// A scene where one stands, of a layout that lies elsewhere, as `seeds scene new /else/where.apt.dat` writes it: its runs could be neither
+/// forked nor checked. And one that goes on for longer than its scene says: its clearances were logged up to there only.
+#[test]
+fn a_run_knows_its_layout_when_that_is_gone_and_its_traffic_to_the_end() {
+    let folder = Folder::new("elsewhere");
+    let there = folder.file("there");
+    std::fs::create_dir(&there).expect("a folder");
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports/XSYN.apt.dat");
+    let layout = format!("{there}/OWN.apt.dat");
+    std::fs::copy(shipped, &layout).expect("a copy");
+    let here = |arguments: &[&str]| {
+        let mut command = common::seeds();
+        command.args(arguments).current_dir(folder.file(""));
+        let output = finish(command);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+    };
+    here(&["scene", "new", &layout, "-o", "own.toml"]);
+    let ports = Ports::new();
+    let planes = ["--sync-listen", &ports.sync, "--dis", &ports.dis, "--page", &ports.page];
+    let run = ["run", "own.toml", "--fast", "--record", "own.pcapng", "--duration", "1500"];
+    here(&[&run[..], &planes[..]].concat());
+    let database = rusqlite::Connection::open(folder.file("own.sqlite")).expect("the database");
+    let last = "SELECT max(time_ns) FROM clearances";
+    let last: i64 = database.query_row(last, [], |row| row.get(0)).expect("some");
+    assert!(last > 1_200_000_000_000, "of the last minutes there is none: {last}");
+    std::fs::remove_dir_all(&there).expect("removed");
+    here(&["traffic", "check", "own.sqlite"]);
+    here(&["fork", "own.sqlite", "--at", "1400", "--set", "tracking.filter=imm3"]);
 }
