@@ -250,8 +250,13 @@ fn a_car_that_is_driven_onto_the_runway_raises_the_alert_and_nobody_touches_it()
         );
         assert!(end.touched.is_empty(), "{airport}: {:?}", end.touched);
         assert_eq!(end.core.at_wheel(0).map(|c| c.contacts), Some(0), "{airport}");
+        // Who taxies to the very stand on whose lead-in the car parks again waits for it (at Malpensa one): he is given no other one yet.
+        let waiting = (0..end.core.flights().len()).filter_map(|f| end.core.waiting(f));
+        let behind = waiting.filter(|w| w.behind == Some(NAME) && w.place.starts_with(&stand));
+        let behind = behind.count();
+        assert!(behind <= usize::from(airport == "LIMC"), "{airport}: {behind} wait for the car");
         assert_eq!(
-            end.core.measures_of_served(),
+            end.core.measures_of_served() + behind,
             end.core.flights().len(),
             "{airport}: {:?}",
             end.core.remarks()
