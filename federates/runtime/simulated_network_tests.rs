@@ -455,7 +455,13 @@ fn a_process_that_vanished_while_joining_is_not_waited_for() {
             ];
             net.run(2 * MINUTE, &faults);
             assert_eq!(net.closed.len(), 1, "{name}, {at_ms} ms: {:?}", net.conductor().state());
-            assert_eq!(eaten(&net, 0), whole(), "{name}, {at_ms} ms");
+            let told = eaten(&net, 0);
+            if bus < 600 {
+                assert_eq!(told, whole(), "{name}, {at_ms} ms");
+            }
+            // Of ten words six are lost: not all results need come in time, but none is another.
+            let same = |result| whole().contains(result);
+            assert!(!told.is_empty() && told.iter().all(same), "{name}, {at_ms} ms: {told:?}");
         }
     }
 }

@@ -394,14 +394,14 @@ fn run(
         }
         for (change, alert) in &told {
             tracked.enter(now, *change, alert);
-            if options.by_place {
-                if let Some(told) = tracked.0.get_mut(&alert.id) {
-                    if *change == Change::Raised {
-                        by_place(&core, alert, &targets, told);
-                        who.insert(alert.id, told.subjects.clone());
-                    }
-                    told.subjects.clone_from(&who[&alert.id]);
+            if options.by_place
+                && let Some(told) = tracked.0.get_mut(&alert.id)
+            {
+                if *change == Change::Raised {
+                    by_place(&core, alert, &targets, told);
+                    who.insert(alert.id, told.subjects.clone());
                 }
+                told.subjects.clone_from(&who[&alert.id]);
             }
             let about = about(&core, alert, &ages, &targets);
             if *change == Change::Raised {

@@ -112,8 +112,8 @@ impl Simulation {
         let now = self.now;
         let host = &mut self.hosts[at];
         match *what {
-            What::Start => return self.start_station(at),
-            _ if host.dead => return,
+            What::Start => self.start_station(at),
+            _ if host.dead => {}
             What::Kill | What::Vanish => {
                 host.dead = true;
                 let closes = if *what == What::Kill { 8 * MS } else { LEASE_NS };
