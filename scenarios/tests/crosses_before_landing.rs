@@ -1,5 +1,7 @@
 //! A person clears somebody to cross a runway on which one lands within seconds: he goes, the rules say so, and the two do not touch.
 
+mod touching;
+
 use models::control::alert::Change;
 use models::control::clearance::ClearanceKind::Cross;
 use models::control::layout::Layout;
@@ -7,9 +9,8 @@ use models::control::parameters::Parameters;
 use models::time::SimTime;
 use models::traffic::core::{Core, Notice, Order, Phase};
 use models::traffic::exact::Watch;
-use models::traffic::outline::{distance_m, outline};
-use models::truth::TruthState;
 use std::path::Path;
+use touching::overlap;
 
 fn scene(name: &str, ends: &str, seed: u64) -> scenarios::Scene {
     let net = format!("airports/{name}.groundnet.xml");
@@ -102,27 +103,6 @@ fn flown(scene: &scenarios::Scene, lead_s: f64) -> Flown {
     flown.unserved = core.flights().len() - core.measures_of_served();
     flown.deadlocks = core.unexpected_deadlocks();
     flown
-}
-
-/// Two on the ground whose outlines touch.
-fn overlap(core: &Core) -> Option<String> {
-    let on_ground = |f: usize| core.state(f).filter(|s| s.position_m.z < 3.0).map(|s| (f, s));
-    let seen: Vec<_> = (0..core.flights().len()).filter_map(on_ground).collect();
-    for (i, (a, s)) in seen.iter().enumerate() {
-        for (b, t) in &seen[i + 1..] {
-            if (s.position_m - t.position_m).norm() > 90.0 {
-                continue;
-            }
-            let of = |f: usize, s: &TruthState| {
-                outline(core.flights()[f].size, s.position_m.xy(), s.heading_rad)
-            };
-            if distance_m(&of(*a, s), &of(*b, t)) == 0.0 {
-                let [a, b] = [*a, *b].map(|f| &core.flights()[f].callsign);
-                return Some(format!("{a} and {b}"));
-            }
-        }
-    }
-    None
 }
 
 /// At Milan one who was told to cross 35L late stopped on it before the one who landed, and they touched: he saw no farther along the runway than twelve

@@ -1,5 +1,7 @@
 //! A person clears two to one runway: the pilots do it, the rules raise the alert, eyes keep the bodies apart, and traffic goes on.
 
+mod touching;
+
 use models::control::alert::Change;
 use models::control::clearance::ClearanceKind::{self, Cross, Land, LineUp, TakeOff};
 use models::control::layout::Layout;
@@ -7,10 +9,9 @@ use models::control::parameters::Parameters;
 use models::time::SimTime;
 use models::traffic::core::{ClearedBy, Core, Notice, Order, Phase};
 use models::traffic::exact::Watch;
-use models::traffic::outline::{distance_m, outline};
-use models::truth::TruthState;
 use std::collections::BTreeMap;
 use std::path::Path;
+use touching::overlap;
 
 fn scene(name: &str, ends: &str, rate: u32, seed: u32) -> scenarios::Scene {
     let airport = airport(name);
@@ -143,27 +144,6 @@ fn flown(scene: &scenarios::Scene, tries: Try) -> Flown {
         }
     }
     Flown { core, said, alerts, touched }
-}
-
-/// Two on the ground whose outlines touch.
-fn overlap(core: &Core) -> Option<String> {
-    let on_ground = |f: usize| core.state(f).filter(|s| s.position_m.z < 3.0).map(|s| (f, s));
-    let seen: Vec<_> = (0..core.flights().len()).filter_map(on_ground).collect();
-    for (i, (a, s)) in seen.iter().enumerate() {
-        for (b, t) in &seen[i + 1..] {
-            if (s.position_m - t.position_m).norm() > 90.0 {
-                continue;
-            }
-            let of = |f: usize, s: &TruthState| {
-                outline(core.flights()[f].size, s.position_m.xy(), s.heading_rad)
-            };
-            if distance_m(&of(*a, s), &of(*b, t)) == 0.0 {
-                let [a, b] = [*a, *b].map(|f| &core.flights()[f].callsign);
-                return Some(format!("{a} and {b}"));
-            }
-        }
-    }
-    None
 }
 
 /// Airports on whose ways nothing was tuned: wherever a person clears a second one onto a runway, both do it, the conflict is told of
