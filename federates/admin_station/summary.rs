@@ -37,6 +37,15 @@ pub struct RunSummary {
     /// worked, longest queue; absent where the plan clears.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub seats: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Control alerts that were raised, by kind; absent where nobody looks for any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alerts: Option<BTreeMap<String, u64>>,
+    /// Flights that behave; absent where none does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub movements: Option<MovementSummary>,
+    /// Reports of tracks with a call sign that is not that of the target they follow; absent where no track had any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wrong_labels: Option<u64>,
     /// Faults; empty when all went well.
     pub faults: Vec<String>,
     /// True if a datagram from outside the federation took effect; absent if none did, as what follows.
@@ -54,6 +63,15 @@ pub struct RunSummary {
     /// Digest of visitors' plots and of tracks from the scan on in which they took one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub foreign: Option<String>,
+}
+
+/// Flights that behave in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct MovementSummary {
+    /// Flights that took off or are in block.
+    pub served: u64,
+    /// Flights that did neither within half an hour of the time at which they were due.
+    pub failed: u64,
 }
 
 /// Ground truth of a run.
@@ -120,6 +138,17 @@ fn seats_of(run: &ClosedRun) -> BTreeMap<String, BTreeMap<String, f64>> {
         }
     }
     seats
+}
+
+/// What the member `control` raised, by kind of alert; `None` where there is no such member.
+fn alerts_of(run: &ClosedRun) -> Option<BTreeMap<String, u64>> {
+    let mut all = run.reports.iter().filter(|r| r.name == "control").peekable();
+    all.peek()?;
+    let values = all.flat_map(|r| &r.values);
+    let kind = |(key, value): &(String, f64)| {
+        Some((key.strip_prefix("alerts ")?.to_owned(), *value as u64))
+    };
+    Some(values.filter_map(kind).collect())
 }
 
 impl RunSummary {
@@ -200,6 +229,15 @@ impl RunSummary {
             digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
             track_digest: format!("{:016x}", combine(&[plots, tracks])),
             seats: seats_of(run),
+            alerts: alerts_of(run),
+            movements: one("movements_served").map(|served| MovementSummary {
+                served: served as u64,
+                failed: one("movements_failed").unwrap_or(0.0) as u64,
+            }),
+            wrong_labels: one("labels")
+                .filter(|labels| *labels > 0.0)
+                .and_then(|_| one("wrong_labels"))
+                .map(|n| n as u64),
             faults: run.reasons.clone(),
             external: foreign.is_some(),
             visitors: foreign.map(|_| sum("visitors") as u64),

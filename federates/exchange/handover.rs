@@ -39,7 +39,7 @@ pub fn places(scene: &Scene) -> usize {
 #[must_use]
 pub fn is_place(scene: &Scene, entity: usize) -> bool {
     scene.traffic.behaving.as_ref().is_some_and(|b| {
-        let first = b.first_entity + b.flights.len();
+        let first = b.first_entity + b.flights.len() + b.vehicles.len();
         (first..first + b.places.len()).contains(&entity)
     })
 }

@@ -154,6 +154,9 @@ fn new(airport: &str, out: Option<&Path>, minutes: f64, per_h: f64) -> ExitCode 
         return fail(FAILED, format!("{}: {error}", out.display()));
     }
     out!("{}: {movers} movers, {} sensors; seeds run {0}", out.display(), scene.sensors.len());
+    for warning in &scene.warnings {
+        out!("{warning}");
+    }
     if let Some(why) = left_out {
         out!("{why}; seeds airport check says what the layout lacks");
     }

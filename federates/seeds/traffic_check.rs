@@ -136,8 +136,20 @@ fn check(path: &Path, args: &CheckArgs) -> anyhow::Result<Vec<Row>> {
     for (time_s, seen) in &frames {
         checker.frame(*time_s, seen);
     }
-    Ok(checker.finish(&given))
+    let mut rows = checker.finish(&given);
+    if scene.traffic.behaving.is_none() {
+        tracing::info!(
+            "{}: nobody is cleared in it: {} are not judged",
+            path.display(),
+            ABOUT_CLEARANCES.join(", ")
+        );
+        rows.retain(|row| !ABOUT_CLEARANCES.contains(&row.name));
+    }
+    Ok(rows)
 }
+
+/// Rows that judge what follows clearances: recorded movements follow none.
+const ABOUT_CLEARANCES: [&str; 3] = ["holds", "clearances", "served"];
 
 /// The scene that the database names if it is here as it was, else as the database holds it.
 fn scene_of(archive: &Archive) -> anyhow::Result<Scene> {

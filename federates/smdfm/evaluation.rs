@@ -81,6 +81,9 @@ pub struct Evaluation {
     confirmed: u64,
     now_confirmed: u64,
     false_plots: u64,
+    /// Reports with a label, and those with that of another.
+    labels: u64,
+    wrong_labels: u64,
     outsiders_now: u64,
     /// Track number → key of the entity whose plots it takes.
     follows: BTreeMap<u16, u64>,
@@ -161,6 +164,10 @@ impl Evaluation {
             if let Some(truth) = view.at(index, to) {
                 self.settle(view.key(index), track, track.position_m - truth.position_m.xy());
             }
+            if let Some(callsign) = track.callsign() {
+                self.labels += 1;
+                self.wrong_labels += u64::from(callsign != view.callsign(index));
+            }
             let near = |error_m: &f64| *error_m <= Rules::default().pair_m;
             if let Some(error_m) = self.lag_error_m(view, track).filter(near) {
                 self.second_ago.add(error_m * error_m);
@@ -229,6 +236,8 @@ impl Evaluation {
             ("settled_nees".to_owned(), self.settled_nees.mean()),
             ("second_ago_rmse_m".to_owned(), self.second_ago.root()),
             ("false_plots".to_owned(), self.false_plots as f64),
+            ("labels".to_owned(), self.labels as f64),
+            ("wrong_labels".to_owned(), self.wrong_labels as f64),
             ("outsiders_now".to_owned(), self.outsiders_now as f64),
         ];
         let other = |kind: SensorKind| {

@@ -25,7 +25,8 @@ use crate::runtime::messages::{
 use models::control::clearance::ClearanceKind;
 use models::frames::Point2;
 use models::time::SimTime;
-use models::traffic::core::{self, Core, Order};
+use models::traffic::check::Rules;
+use models::traffic::core::{self, Core, Direction, Flight, Order};
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
@@ -209,7 +210,8 @@ impl TrafficGenerator {
             return;
         };
         let mut changed = Vec::new();
-        for (flight, planned) in core.flights().iter().enumerate() {
+        let drives = |f: &Flight| f.direction == Direction::Vehicle;
+        for (flight, planned) in core.flights().iter().enumerate().filter(|f| !drives(f.1)) {
             let stand = core.stand(flight);
             let known = self.told.stands.get(&flight).copied().unwrap_or(planned.stand);
             if stand == known {
@@ -521,8 +523,28 @@ impl Federate for TrafficGenerator {
             let digest = core.digest();
             report.values.push(("core_digest_high".into(), (digest >> 32) as f64));
             report.values.push(("core_digest_low".into(), (digest & 0xffff_ffff) as f64));
+            if self.share == 1 {
+                let (served, failed) = served_and_failed(core, self.time.time(self.executed).s());
+                report.values.push(("movements_served".into(), served as f64));
+                report.values.push(("movements_failed".into(), failed as f64));
+            }
         }
     }
+}
+
+/// Flights that took off or are in block, and those that did neither within the time that the check of traffic gives them.
+fn served_and_failed(core: &Core, now_s: f64) -> (usize, usize) {
+    let latest_s = now_s - Rules::default().serve_s;
+    let served = core.measures_of_served();
+    let due = core.flights().iter().enumerate().filter(|(m, f)| {
+        let flies = f.direction != Direction::Vehicle && !core.is_free_place(*m);
+        flies && f.time_s <= latest_s
+    });
+    let done = |m: usize| {
+        let measures = core.measures(m);
+        measures.aibt_s.is_some() || measures.atot_s.is_some()
+    };
+    (served, due.filter(|(m, _)| !done(*m)).count())
 }
 
 #[cfg(test)]

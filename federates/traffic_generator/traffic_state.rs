@@ -12,7 +12,7 @@
 //! `authority_m`: from the mover to where it may drive now; `planned_m`: from there to the end of its way; m east and
 //! north. `cleared`: what stands. `waits` and `wants` (a clearance) only while it waits; `for` is null where it waits for a clearance or the policy.
 
-use models::traffic::core::{Core, Phase};
+use models::traffic::core::{Core, Direction, Phase};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -36,11 +36,15 @@ pub fn json(core: &Core, time_s: f64) -> String {
     for (f, flight) in core.flights().iter().enumerate() {
         let Some(phase) = word(core.phase(f)) else { continue };
         let (authority, planned) = core.ways_ahead(f);
+        let runway = match flight.direction {
+            Direction::Vehicle => "",
+            _ => &net.runways[flight.runway.0].names[flight.runway.1],
+        };
         let mut mover = json!({
             "callsign": flight.callsign,
             "phase": phase,
             "stand": net.stands[core.stand(f)].name,
-            "runway": net.runways[flight.runway.0].names[flight.runway.1],
+            "runway": runway,
             "authority_m": rounded(authority),
             "planned_m": rounded(planned),
             "held": core.held_pieces(f),

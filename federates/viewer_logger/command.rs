@@ -101,6 +101,7 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         if launched() {
             if let Some(database) = &database {
                 let folder = database.parent().filter(|_| database.ends_with("run.sqlite"));
+                let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
                 print_line(&format!("{KEPT} {}", folder.unwrap_or(database).display()));
             }
             print_line(LOGGING);

@@ -148,15 +148,16 @@ impl Keeper {
                     .with_context(|| format!("making the folder {}", folder.display()))?;
             }
         }
+        let (map, info) = (AirportMap::of(&scene), RunInfo::of(&scene, scene.run.seed));
+        let mut log = match &files.database {
+            Some(file) => Some(Log::replace(file, &info, &map)?),
+            None => None,
+        };
+        // After the log, which is refused where another run writes there.
         let recorder = match &files.recording {
             Some(file) => Some(
                 Recorder::create(file).with_context(|| format!("recording {}", file.display()))?,
             ),
-            None => None,
-        };
-        let (map, info) = (AirportMap::of(&scene), RunInfo::of(&scene, scene.run.seed));
-        let mut log = match &files.database {
-            Some(file) => Some(Log::replace(file, &info, &map)?),
             None => None,
         };
         if let Some(log) = &mut log {

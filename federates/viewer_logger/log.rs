@@ -26,6 +26,9 @@ pub enum LogError {
     /// Another file stands where the log of an earlier run would be replaced.
     #[error("log {}: is there already and is not a log of SEEDS; name another file", .0.display())]
     Stranger(PathBuf),
+    /// Another run writes the log that would be replaced.
+    #[error("log {}: another run is writing it; name another directory, or wait for its end", .0.display())]
+    InUse(PathBuf),
     /// The database refused.
     #[error("log {}: {}", path.display(), explain(source))]
     Database {
@@ -46,6 +49,8 @@ pub struct Log {
     events: EventFinder,
     /// The weather as the time line told it last: the same again is no event.
     weather_told: Option<String>,
+    /// Keeps other runs from replacing the file.
+    _written: Option<std::fs::File>,
 }
 
 impl Log {
@@ -62,6 +67,7 @@ impl Log {
         begin(&mut database, run, map).map_err(failed)?;
         Ok(Self {
             path: path.to_owned(),
+            _written: held(path),
             database: Some(database),
             scans: 0,
             scans_lost: 0,
@@ -80,6 +86,9 @@ impl Log {
                 .and_then(|old| old.pragma_query_value(None, "application_id", |r| r.get(0)));
             if !matches!(id, Ok(APPLICATION_ID)) {
                 return Err(LogError::Stranger(path.to_owned()));
+            }
+            if is_written(path) {
+                return Err(LogError::InUse(path.to_owned()));
             }
             for ending in ["", "-wal", "-shm"] {
                 let mut name = path.as_os_str().to_owned();
@@ -205,6 +214,15 @@ impl Log {
                 time_ns,
                 octets
             ])?;
+            if topic == Topic::Lights {
+                for (id, state) in said::lights_of(text) {
+                    t.prepare_cached(
+                        "INSERT INTO lights SELECT ?1, ?2, ?3 WHERE ?3 IS NOT \
+                         (SELECT state FROM lights WHERE id = ?2 ORDER BY time_ns DESC, rowid DESC LIMIT 1)",
+                    )?
+                    .execute(params![time_ns, id, state])?;
+                }
+            }
             Ok(())
         })
     }
@@ -427,7 +445,19 @@ pub(super) fn operation_event(o: &Operation) -> Event {
 pub(super) const APPLICATION_ID: i32 = 0x5345_4544;
 
 /// Version of the tables in `log.sql`; a reader knows all earlier ones.
-pub const SCHEMA: i64 = 3;
+pub const SCHEMA: i64 = 4;
+
+/// The file, locked for as long as its log is written, so that another run does not take its place; `None` where nothing can be locked.
+fn held(path: &Path) -> Option<std::fs::File> {
+    let file = std::fs::File::open(path).ok()?;
+    file.try_lock().ok().map(|()| file)
+}
+
+/// Whether another process writes this log.
+fn is_written(path: &Path) -> bool {
+    let file = std::fs::File::open(path);
+    file.is_ok_and(|file| matches!(file.try_lock(), Err(std::fs::TryLockError::WouldBlock)))
+}
 
 /// A text as the table `said` holds it.
 fn deflated(text: &str) -> Vec<u8> {

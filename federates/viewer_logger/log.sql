@@ -103,6 +103,7 @@ CREATE TABLE flights (
 );
 
 -- Clearances of traffic that behaves, also those of the plan (seat "plan"); until_ns NULL: it stands.
+-- route: of a taxi clearance the names of the taxiways, in their order.
 CREATE TABLE clearances (
   time_ns INTEGER, callsign TEXT, kind TEXT, runway TEXT, until_ns INTEGER, route TEXT, seat TEXT
 );
@@ -129,6 +130,9 @@ CREATE TABLE alerts (
 -- What was said at a time as JSON, deflated (zlib): topic "traffic", flights that behave (docs/traffic.md, Seen), and
 -- "lights", stop bars, when they changed.
 CREATE TABLE said (topic TEXT, time_ns INTEGER, octets BLOB, PRIMARY KEY (topic, time_ns)) WITHOUT ROWID;
+
+-- Stop bars: a row a bar whenever it is switched, lit or dark. id: the runway and which of its bars, as "16/34 2".
+CREATE TABLE lights (time_ns INTEGER, id TEXT, state TEXT);
 
 -- The same rules on exact truth with the true clearances: what the alerts on tracks are scored against.
 CREATE TABLE reference_alerts (

@@ -16,6 +16,7 @@ use models::frames::Point2;
 use models::time::SimTime;
 use models::traffic::core::{Ask, Core, Direction, Notice, Order};
 use models::traffic::exact::{Watch, targets};
+use models::traffic::measured::{Measured, measured};
 use rusqlite::{Connection, Transaction, params};
 use scenarios::Scene;
 use scenarios::control::Sees;
@@ -352,24 +353,21 @@ impl Log {
                     c.kind,
                     runway,
                     until,
-                    "",
+                    c.route,
                     core.seat_of(c)
                 ])?;
             }
             let mut insert = t.prepare("INSERT INTO movements VALUES (?,?,?,?,?,?,?,?,?,?,?,?)")?;
-            let (mut taxi, mut additional, mut fuel) = (Vec::new(), Vec::new(), 0.0);
             let all = core.flights().iter().enumerate();
             for (index, f) in all.filter(|(index, _)| !core.is_free_place(*index)) {
                 let m = core.measures(index);
                 let kind = match f.direction {
                     Direction::Arrival => "arrival",
                     Direction::Departure => "departure",
+                    Direction::Vehicle => continue,
                 };
                 let runway = &behaving.network.runways[f.runway.0].names[f.runway.1];
                 let stand = &behaving.network.stands[core.stand(index)].name;
-                taxi.extend(m.taxi_s);
-                additional.extend(m.additional_s());
-                fuel += m.fuel_kg;
                 insert.execute(params![
                     f.callsign,
                     kind,
@@ -385,22 +383,8 @@ impl Log {
                     m.fuel_kg
                 ])?;
             }
-            let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
             let mut insert = t.prepare("INSERT INTO measures VALUES (?,?,?,?)")?;
-            let served = core.measures_of_served();
-            for (name, value, unit) in [
-                ("served", served as f64, ""),
-                (
-                    "flights",
-                    (0..core.flights().len()).filter(|f| !core.is_free_place(*f)).count() as f64,
-                    "",
-                ),
-                ("unexpected_deadlocks", core.unexpected_deadlocks() as f64, ""),
-                ("taxi_mean", mean(&taxi), "s"),
-                ("additional_mean", mean(&additional), "s"),
-                ("fuel", fuel, "kg"),
-                ("co2", 3.16 * fuel, "kg"),
-            ] {
+            for Measured { name, value, unit } in measured(core) {
                 insert.execute(params!["truth", name, value, unit])?;
             }
             if let Some(people) = People::of_told(people) {

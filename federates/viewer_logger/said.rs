@@ -57,6 +57,30 @@ impl Topic {
     }
 }
 
+/// Stop bars of what is said of lights: each by its runway and which of its bars it is, and whether it is lit.
+#[must_use]
+pub fn lights_of(text: &str) -> Vec<(String, &'static str)> {
+    #[derive(Deserialize)]
+    struct Bar {
+        runway: String,
+        lit: bool,
+    }
+    #[derive(Deserialize)]
+    struct Lights {
+        bars: Vec<Bar>,
+    }
+    let Ok(lights) = serde_json::from_str::<Lights>(text) else { return Vec::new() };
+    let mut of: BTreeMap<&str, u32> = BTreeMap::new();
+    let named = |bar: &Bar, n: &u32| format!("{} {n}", bar.runway);
+    let mut all = Vec::new();
+    for bar in &lights.bars {
+        let n = of.entry(&bar.runway).or_default();
+        *n += 1;
+        all.push((named(bar, n), if bar.lit { "lit" } else { "dark" }));
+    }
+    all
+}
+
 /// An alert over its life.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlertRow {

@@ -37,6 +37,13 @@ pub enum Holds {
         /// Largest value.
         most: f64,
     },
+    /// A number within limits, or a list of such numbers.
+    NumberOrNumbers {
+        /// Least value.
+        least: f64,
+        /// Largest value.
+        most: f64,
+    },
     /// A list of lists of numbers.
     Rows,
     /// A list of texts.
@@ -64,6 +71,11 @@ pub enum Holds {
     Places(&'static [Key]),
     /// A table of names of the scene's own choosing, each with a number within 0 to 1.
     Shares,
+    /// A table of names of the scene's own choosing, each with how many.
+    Counts {
+        /// Largest value.
+        most: i64,
+    },
     /// A table whose keys another key chooses.
     Open,
 }

@@ -316,6 +316,21 @@ impl Section {
             .collect()
     }
 
+    /// A number within limits, or a list of such numbers; empty where not given.
+    ///
+    /// # Errors
+    /// If it is neither, the list is empty, or a number is outside the limits.
+    pub fn number_or_numbers(&self, key: &str, limits: Limits) -> Result<Vec<f64>, ScenarioError> {
+        match self.item(key) {
+            Some(Item { value: Value::List(items), .. }) if items.is_empty() => {
+                let needed = format!("a number{}, or a list of them", of_unit(limits));
+                Err(self.refuse(key, Problem::WrongKind { found: "an empty list".into(), needed }))
+            }
+            Some(Item { value: Value::List(_), .. }) => self.numbers(key, limits),
+            _ => Ok(self.number(key, limits)?.into_iter().collect()),
+        }
+    }
+
     /// A list of lists of numbers, each with its line; empty where the key is not given.
     ///
     /// # Errors

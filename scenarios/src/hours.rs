@@ -102,7 +102,7 @@ pub fn hour(
             });
             checker.frame(now_s, &seen.collect::<Vec<_>>());
         }
-        if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
+        if frame % 1200 == 0 && core.all_served() {
             served_s = Some(now_s);
             break;
         }

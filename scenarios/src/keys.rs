@@ -267,12 +267,45 @@ pub(crate) const TRAFFIC: &[Key] = &[
     .or("the end"),
     Key::new("via", Holds::Texts, "route: nodes and stands in order, two at least"),
     Key::new("halts", Holds::Tables(HALT), "route: where it stands for a while"),
-    Key::number("arrivals_per_h", "flights/h", 0.0, 2000.0, "generated: arrivals").or("0"),
-    Key::number("departures_per_h", "flights/h", 0.0, 2000.0, "generated: departures").or("0"),
+    Key {
+        unit: "flights/h",
+        ..Key::new(
+            "arrivals_per_h",
+            Holds::NumberOrNumbers { least: 0.0, most: 2000.0 },
+            "generated: arrivals; of a list each for an hour of the run, the last one from then on",
+        )
+        .or("0")
+    },
+    Key {
+        unit: "flights/h",
+        ..Key::new(
+            "departures_per_h",
+            Holds::NumberOrNumbers { least: 0.0, most: 2000.0 },
+            "generated: departures, likewise",
+        )
+        .or("0")
+    },
     Key::new("mix", Holds::Shares, "generated: weight of each type")
         .or("A320 5, B738 4, E190 2, A333 1"),
-    Key::word("profile", || vec!["poisson", "even"], "generated: drawn times, or equal gaps")
-        .or("poisson"),
+    Key::word(
+        "profile",
+        || vec!["poisson", "even", "banks"],
+        "generated: drawn times, equal gaps, or drawn times with all arrivals in the first and all departures in the last third of each hour",
+    )
+    .or("poisson"),
+    Key::number(
+        "turnaround_min",
+        "min",
+        10.0,
+        1440.0,
+        "generated: mean time from landing to off-block of an aircraft that leaves again; drawn with a quarter of it, at least 0.7 of it",
+    )
+    .or("48, from code D on 95"),
+    Key::new(
+        "vehicles",
+        Holds::Counts { most: 200 },
+        "generated: how many of each type of vehicle drive from stand to stand where no flight is expected",
+    ),
     Key::whole("seed", 0, i64::MAX, "generated: seed of the flights").or("that of the run"),
     Key::new("arrival_runways", Holds::Texts, "generated: runways for landings")
         .or("by network and wind"),
@@ -308,6 +341,8 @@ pub const GENERATED: &[&str] = &[
     "departures_per_h",
     "mix",
     "profile",
+    "turnaround_min",
+    "vehicles",
     "seed",
     "arrival_runways",
     "departure_runways",

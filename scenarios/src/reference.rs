@@ -79,6 +79,9 @@ fn held(key: &Key) -> String {
         Holds::Whole { least, most } if most == i64::MAX => format!("whole, {least} or more"),
         Holds::Whole { least, most } => format!("whole, {least} to {most}"),
         Holds::Numbers { .. } => format!("list of numbers {}", key.unit),
+        Holds::NumberOrNumbers { least, most } => {
+            format!("{} {}, or a list of them", interval(&number(least), &number(most)), key.unit)
+        }
         Holds::Rows => "list of rows of numbers".into(),
         Holds::Flag => "true or false".into(),
         Holds::Text => "text".into(),
@@ -99,6 +102,7 @@ fn held(key: &Key) -> String {
         Holds::Place => "place".into(),
         Holds::Places(_) => "list of places".into(),
         Holds::Shares => "table of weights".into(),
+        Holds::Counts { most } => format!("table of counts, each 0 to {most}"),
         Holds::Open => "table".into(),
     };
     text.trim().to_owned()
@@ -215,6 +219,10 @@ fn value_schema(key: &Key) -> Value {
         Holds::Numbers { least, most } => {
             json!({"type": "array", "items": limited(least, most, "number")})
         }
+        Holds::NumberOrNumbers { least, most } => json!({"oneOf": [
+            limited(least, most, "number"),
+            {"type": "array", "minItems": 1, "items": limited(least, most, "number")}
+        ]}),
         Holds::Rows => json!({
             "type": "array", "items": {"type": "array", "items": {"type": "number"}}
         }),
@@ -242,6 +250,10 @@ fn value_schema(key: &Key) -> Value {
         Holds::Shares => json!({
             "type": "object",
             "additionalProperties": {"type": "number", "minimum": 0, "maximum": 1e6}
+        }),
+        Holds::Counts { most } => json!({
+            "type": "object",
+            "additionalProperties": {"type": "integer", "minimum": 0, "maximum": most}
         }),
         Holds::Open => json!({"type": "object"}),
     };

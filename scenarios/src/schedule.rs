@@ -3,8 +3,10 @@
 mod flights;
 mod generated;
 pub mod handover;
+mod rates;
 mod reach;
 pub(crate) mod table;
+mod vehicles;
 
 use crate::airport::AirportScene;
 use crate::control::Sees;
@@ -44,7 +46,9 @@ pub struct Behaving {
     pub pieces: Option<Arc<Pieces>>,
     /// The flights.
     pub flights: Arc<Vec<Flight>>,
-    /// Index of the first flight's entity; the others follow it in order, then those of places.
+    /// Vehicles that drive among them.
+    pub vehicles: Vec<Flight>,
+    /// Index of the first flight's entity; the others follow it in order, then vehicles, then places.
     pub first_entity: usize,
     /// Places for aircraft that other programs give (`handover`), each with the key of its draws.
     pub places: Vec<u64>,
@@ -113,11 +117,14 @@ impl Behaving {
 }
 
 impl Behaving {
-    /// The flights, and behind them the places for those who are given: nobody is expected there.
+    /// The flights, behind them the vehicles, and then the places for those who are given: nobody is expected there.
     fn with_places(&self) -> Arc<Vec<Flight>> {
-        let Some(like) = self.flights.first().filter(|_| !self.places.is_empty()) else {
+        let like = self.flights.first().filter(|_| !self.places.is_empty());
+        if like.is_none() && self.vehicles.is_empty() {
             return Arc::clone(&self.flights);
-        };
+        }
+        let all = self.flights.iter().chain(&self.vehicles).cloned();
+        let Some(like) = like else { return Arc::new(all.collect()) };
         let place = |key: &u64| Flight {
             callsign: String::new(),
             direction: Direction::Arrival,
@@ -126,7 +133,7 @@ impl Behaving {
             key: *key,
             ..like.clone()
         };
-        Arc::new(self.flights.iter().cloned().chain(self.places.iter().map(place)).collect())
+        Arc::new(all.chain(self.places.iter().map(place)).collect())
     }
 }
 
@@ -154,6 +161,9 @@ pub(crate) struct Added {
     pub(crate) entries: Vec<FlightEntry>,
     pub(crate) files: Vec<PathBuf>,
 }
+
+/// How a remark tells that the demand is larger than what the airport bears.
+pub(crate) const ARE_LEFT_OUT: &str = "are left out: ";
 
 /// One flight before it is put on the network.
 struct Wanted {
@@ -194,6 +204,7 @@ pub(crate) fn read(
     let mut reached: [Option<Vec<bool>>; 6] = [const { None }; 6];
     // Where landings go for whom no way leads to a stand, by runway end and code letter.
     let mut instead: BTreeMap<(RunwayEnd, u8), Option<RunwayEnd>> = BTreeMap::new();
+    let mut driving = Vec::new();
     for section in sections {
         let (file, wanted) = match section.text("kind")? {
             Some("schedule") => {
@@ -204,17 +215,13 @@ pub(crate) fn read(
                 let wanted = scheduled(&file, run)?;
                 (file, wanted)
             }
-            _ => (
-                section.file().to_path_buf(),
-                generated(
-                    section,
-                    run,
-                    &ground,
-                    (&airport.layout.details.in_use, wind_mps),
-                    types,
-                    &mut remarks,
-                )?,
-            ),
+            _ => {
+                driving.extend(vehicles::wanted(section, types)?);
+                let in_use = &airport.layout.details.in_use;
+                let flights =
+                    generated(section, run, &ground, (in_use, wind_mps), types, &mut remarks)?;
+                (section.file().to_path_buf(), flights)
+            }
         };
         for w in wanted {
             let index = first_entity + flights.len();
@@ -310,16 +317,32 @@ pub(crate) fn read(
             added.entities.push(entity);
         }
     }
+    let first = first_entity + flights.len();
+    let draws = (run.site, run.seed, first);
+    if control.policy != Policy::Planned && !driving.is_empty() {
+        let count = driving.len();
+        remarks.push(format!("{count} vehicles {ARE_LEFT_OUT}they drive in a planned order only"));
+        driving.clear();
+    }
+    let vehicles = vehicles::placed(&driving, (&network, &flights), types, draws, &mut remarks);
+    let mut driven_by_models = Vec::new();
+    for (vehicle, entity, entry) in vehicles {
+        driven_by_models.push(vehicle);
+        added.entities.push(entity);
+        added.entries.push(entry);
+    }
+    let vehicles = driven_by_models;
+    let first = first + vehicles.len();
     let mut keys = Vec::new();
     for n in 0..places.map_or(0, |p| p.count) {
-        let entity = handover::entity(first_entity + flights.len() + n, n, types)
+        let entity = handover::entity(first + n, n, types)
             .ok_or_else(|| root.missing("traffic", "aircraft in types.csv".into()))?;
         keys.push(entity.key(run.site));
         added.entities.push(entity);
     }
-    if first_entity + flights.len() + keys.len() > 60_000 {
+    if first + keys.len() > 60_000 {
         let problem = Problem::OutOfRange {
-            found: (flights.len() + keys.len()) as f64,
+            found: (first - first_entity + keys.len()) as f64,
             low: 0.0,
             high: 60_000.0,
             unit: "movers",
@@ -327,12 +350,12 @@ pub(crate) fn read(
         return Err(root.refuse("traffic", problem));
     }
     let failures = crate::control::read_failures(root, &flights, control.stop_bars)?;
-    let vehicles = failures.iter().filter(|f| f.kind == FailureKind::VehicleOnRunway);
-    for (n, failure) in vehicles.enumerate() {
+    let cars = failures.iter().filter(|f| f.kind == FailureKind::VehicleOnRunway);
+    for (n, failure) in cars.enumerate() {
         let row = types
             .get("FOLLOWME")
             .ok_or_else(|| root.missing("failure", "a type FOLLOWME in types.csv".into()))?;
-        let index = first_entity + flights.len() + keys.len() + n;
+        let index = first + keys.len() + n;
         let callsign = Callsign::new(&failure.vehicle);
         added.entities.push(Entity {
             callsign,
@@ -358,6 +381,7 @@ pub(crate) fn read(
         });
     }
     let mut classes = Core::classes(&flights);
+    classes.extend(Core::classes(&vehicles));
     classes.extend(places.and_then(|p| p.largest));
     classes.sort_unstable();
     classes.dedup();
@@ -366,6 +390,7 @@ pub(crate) fn read(
         network: Arc::new(network),
         pieces,
         flights: Arc::new(flights),
+        vehicles,
         first_entity,
         places: keys,
         policy: control.policy,

@@ -205,7 +205,11 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
         }
     }
     if scene.traffic.entities.is_empty() {
-        say(12, root, "traffic", "nobody moves: add [[traffic]]".into());
+        let text = match root.is_list("traffic") {
+            true => "nobody moves: [[traffic]] is there, but nobody comes of it",
+            false => "nobody moves: add [[traffic]]",
+        };
+        say(12, root, "traffic", text.into());
     }
     let movers = scene.traffic.entities.len();
     if movers > 1000 {

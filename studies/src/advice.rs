@@ -82,7 +82,7 @@ pub fn fly(scene: &Scene, seed: u64, advice: Option<Habits>) -> Result<Flown, St
                 order: Order::told(given.kind, false),
             });
         }
-        if frame % (60 * per_scan) == 0 && core.measures_of_served() == core.flights().len() {
+        if frame % (60 * per_scan) == 0 && core.all_served() {
             break;
         }
     }

@@ -145,6 +145,7 @@ fn failures(flights: &[Flight], failing: Failing) -> String {
         let (kinds, count) = match flight.direction {
             Direction::Arrival => (failing.arrivals, &mut arrivals),
             Direction::Departure => (failing.departures, &mut departures),
+            Direction::Vehicle => continue,
         };
         let Some(kind) = kinds.get(*count % kinds.len().max(1)) else { continue };
         *count += 1;

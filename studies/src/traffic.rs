@@ -360,7 +360,7 @@ fn ruled(airport: &str, policy: &str, options: &Options) -> Result<(f64, usize, 
     let begin = clock::thread_ns();
     for frame in 1..=most {
         core.step(frame);
-        if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
+        if frame % 1200 == 0 && core.all_served() {
             break;
         }
     }

@@ -184,6 +184,7 @@ impl Moment {
             let end = match f.direction {
                 Direction::Departure => measures.atot_s,
                 Direction::Arrival => measures.aibt_s,
+                Direction::Vehicle => None,
             };
             let (end, landed) = (end.filter(within), measures.aldt_s.filter(within));
             let over = core.phase(m) == Phase::Docked && end.is_none();
@@ -201,6 +202,7 @@ impl Moment {
                     m[2] += one;
                     m[4] += until_s;
                 }
+                Direction::Vehicle => {}
             }
             m[1] += f64::from(u8::from(landed.is_some()));
             m[5] += f64::from(measures.stops);

@@ -10,6 +10,7 @@ mod arcs;
 pub mod check;
 pub mod core;
 pub mod exact;
+pub mod measured;
 pub mod network;
 pub mod ordered;
 pub mod outline;

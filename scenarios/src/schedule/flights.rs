@@ -100,6 +100,8 @@ fn idle_kg_per_s(designator: &str) -> f64 {
         "CRJ9" | "E145" => 0.12,
         "AT75" | "DH8D" => 0.10,
         "C550" => 0.04,
+        // About 5 l of petrol an hour.
+        "C172" => 0.001,
         _ => 0.22,
     }
 }

@@ -1,7 +1,8 @@
 //! Flights drawn by rates, with stands for all of them.
 
-use super::Wanted;
+use super::rates::Rates;
 use super::reach::{Ground, Reach, default_ends, end_named, lacks_m, needs_m};
+use super::{ARE_LEFT_OUT, Wanted};
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
@@ -38,10 +39,14 @@ pub(super) fn generated(
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Wanted>, ScenarioError> {
     let network = ground.network;
-    let rate = |key: &str| section.number_or(key, 0.0, within(0.0, 2000.0, "flights/h"));
-    let (arrivals, departures) = (rate("arrivals_per_h")?, rate("departures_per_h")?);
     let seed = section.integer("seed", 0, i64::MAX)?.map_or(run.seed, |s| s as u64);
-    let even = section.choice("profile", &[("poisson", false), ("even", true)])?.unwrap_or(false);
+    let profiles =
+        [("poisson", Profile::Drawn), ("even", Profile::Even), ("banks", Profile::Banks)];
+    let profile = section.choice("profile", &profiles)?.unwrap_or(Profile::Drawn);
+    let banks = profile == Profile::Banks;
+    let arrivals = Rates::read(section, "arrivals_per_h", Direction::Arrival, banks)?;
+    let departures = Rates::read(section, "departures_per_h", Direction::Departure, banks)?;
+    let turnaround_min = section.number("turnaround_min", within(10.0, 1440.0, "min"))?;
     let mut mix: Vec<(String, f64)> = Vec::new();
     if let Some(table) = section.any_section("mix")? {
         for designator in table.keys() {
@@ -65,14 +70,18 @@ pub(super) fn generated(
     let mut landing = named("arrival_runways", &in_use[0])?;
     let mut leaving = named("departure_runways", &in_use[1])?;
     if landing.is_empty() || leaving.is_empty() {
-        let [lands, leaves] = default_ends(ground, wind_mps, [&landing, &leaving]);
+        let smaller = SMALLER_MIXES.map(owned);
+        let mixes = std::iter::once(&mix).chain(smaller.iter().filter(|_| drawn_mix));
+        let known = |(d, weight): &(String, f64)| Some((types.get(d)?, *weight));
+        let mixes: Vec<Vec<_>> = mixes.map(|mix| mix.iter().filter_map(known).collect()).collect();
+        let [lands, leaves] = default_ends(ground, wind_mps, [&landing, &leaving], &mixes);
         landing = if landing.is_empty() { lands } else { landing };
         leaving = if leaving.is_empty() { leaves } else { leaving };
     }
     let usable: Vec<usize> = (0..network.stands.len())
         .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
         .collect();
-    let no_end = arrivals > 0.0 && landing.is_empty() || departures > 0.0 && leaving.is_empty();
+    let no_end = arrivals.any() && landing.is_empty() || departures.any() && leaving.is_empty();
     if no_end || usable.is_empty() {
         let runway = no_end.then_some("no runway with entries and exits");
         let stand = usable.is_empty().then_some("no stand with a way");
@@ -85,8 +94,8 @@ pub(super) fn generated(
     let lacks = |designator: &str| {
         types.get(designator).map_or(0.0, |row| {
             let none: &[String] = &[];
-            let landing = if arrivals > 0.0 { &landing } else { none };
-            lacks_m(ground, row, landing, if departures > 0.0 { &leaving } else { none })
+            let landing = if arrivals.any() { &landing } else { none };
+            lacks_m(ground, row, landing, if departures.any() { &leaving } else { none })
         })
     };
     // Nobody asked for airliners: where none fits, smaller ones come; the smallest are those that are told of where nothing does.
@@ -119,38 +128,40 @@ pub(super) fn generated(
             "{too_long}: left out, the runways are too short for them or too narrow to turn on"
         ));
     }
+    let usable_mix = |mix: &[(String, f64)]| -> Vec<(String, f64)> {
+        let fits = |m: &&(String, f64)| types.get(&m.0).is_some() && lacks(&m.0) <= 0.0;
+        mix.iter().filter(fits).cloned().collect()
+    };
+    let smaller: Vec<Vec<(String, f64)>> = match drawn_mix {
+        true => SMALLER_MIXES.iter().map(|mix| usable_mix(&owned(mix))).collect(),
+        false => Vec::new(),
+    };
     let mut drawn: Vec<Drawn> = Vec::new();
     let kinds =
-        [(Direction::Arrival, arrivals, landing), (Direction::Departure, departures, leaving)];
-    for (kind, (direction, per_h, runways)) in kinds.into_iter().enumerate() {
-        if per_h <= 0.0 {
+        [(Direction::Arrival, &arrivals, landing), (Direction::Departure, &departures, leaving)];
+    for (kind, (direction, rates, runways)) in kinds.into_iter().enumerate() {
+        if !rates.any() {
             continue;
         }
         let mut time_s = if direction == Direction::Arrival { 260.0 } else { 30.0 };
         for number in 0..5000_u64 {
             let key = DrawKey { run_seed: seed, sensor: 1 + kind as u32, entity: number, scan: 0 };
             let mut rng = key.rng(Purpose::Mover);
-            let gap = if even { 1.0 } else { exponential(&mut rng) };
-            time_s += gap * 3600.0 / per_h;
+            let gap = if profile == Profile::Even { 1.0 } else { exponential(&mut rng) };
+            time_s = rates.after_s(time_s, gap, run.duration.s());
             if time_s > run.duration.s() {
                 break;
             }
-            let total: f64 = mix.iter().map(|m| m.1).sum();
-            let mut left = uniform(&mut rng) * total;
-            let designator = mix
-                .iter()
-                .find(|m| {
-                    left -= m.1;
-                    left <= 0.0
-                })
-                .map_or("A320", |m| m.0.as_str());
+            let designator = of_mix(&mix, uniform(&mut rng)).unwrap_or("A320");
             let place = uniform(&mut rng);
-            let (mean_min, sigma_min) =
-                match types.get(designator).map(|t| code_of_span(t.class.span_m)) {
-                    Some(0..=2) | None => (48.0, 12.0),
-                    _ => (95.0, 15.0),
-                };
-            let turn_round_s = 60.0 * (mean_min + sigma_min * normal_pair(&mut rng).0).max(35.0);
+            let code = types.get(designator).map(|t| code_of_span(t.class.span_m));
+            let (mean_min, sigma_min, least_min) = match (turnaround_min, code) {
+                (Some(mean_min), _) => (mean_min, 0.25 * mean_min, 0.7 * mean_min),
+                (None, Some(0..=2) | None) => (48.0, 12.0, 35.0),
+                (None, _) => (95.0, 15.0, 35.0),
+            };
+            let drawn_min: f64 = mean_min + sigma_min * normal_pair(&mut rng).0;
+            let turn_round_s = 60.0 * drawn_min.max(least_min);
             drawn.push(Drawn {
                 number,
                 direction,
@@ -159,16 +170,37 @@ pub(super) fn generated(
                 runway: runways[number as usize % runways.len()].clone(),
                 place,
                 turn_round_s,
+                other: uniform(&mut rng),
             });
         }
     }
-    Ok(on_stands(section, ground, types, &usable, drawn, remarks))
+    Ok(on_stands(section, ground, types, &usable, (drawn, &smaller), remarks))
+}
+
+/// The type of a mix at a draw within 0 to 1; `None` of none.
+fn of_mix(mix: &[(String, f64)], draw: f64) -> Option<&str> {
+    let total: f64 = mix.iter().map(|m| m.1).sum();
+    let mut left = draw * total;
+    let at = mix.iter().find(|m| {
+        left -= m.1;
+        left <= 0.0
+    });
+    at.map(|m| m.0.as_str())
+}
+
+/// How times are spread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Profile {
+    Drawn,
+    Even,
+    Banks,
 }
 
 /// Index of the code letter from which on a type is an airliner: C.
 const AIRLINER_CODE: u8 = 2;
 
 /// A flight by rates, before it has a stand.
+#[derive(Clone)]
 struct Drawn {
     number: u64,
     direction: Direction,
@@ -179,16 +211,19 @@ struct Drawn {
     place: f64,
     /// Of an arrival: from its landing to its earliest off-block, s.
     turn_round_s: f64,
+    /// Draw for its type where no stand is free for the first one.
+    other: f64,
 }
 
 /// Stands for drawn flights: a departure is the turn-round of the first arrival that is ready, else of the first
-/// population; nobody is put where somebody else is or beside whom there is no room. Who finds none is left out.
+/// population; nobody is put where somebody else is or beside whom there is no room. Who finds none comes as a type of the smaller
+/// mixes, one after the other, where these get more flights onto stands, and is left out else.
 fn on_stands(
     section: &Section,
     ground: &Ground<'_>,
     types: &TypeTable,
     usable: &[usize],
-    drawn: Vec<Drawn>,
+    (mut drawn, smaller): (Vec<Drawn>, &[Vec<(String, f64)>]),
     remarks: &mut Vec<String>,
 ) -> Vec<Wanted> {
     let network = ground.network;
@@ -246,75 +281,117 @@ fn on_stands(
     let lanes: Vec<([Point2<f64>; 2], u8)> =
         taxiways.map(|e| (e.nodes.map(|n| network.nodes[n].at_m), e.code)).collect();
     let mut clear_of: BTreeMap<(usize, u64, u64), bool> = BTreeMap::new();
-    // Occupied: stand, from, to, size.
-    let mut taken: Vec<(usize, f64, f64, Size)> = Vec::new();
-    let mut stand_of: Vec<Option<usize>> = vec![None; drawn.len()];
-    let first_population = order
-        .iter()
-        .copied()
-        .filter(|i| drawn[*i].direction == Direction::Departure && comes_as[*i].is_none());
-    let landing = order.iter().copied().filter(|i| drawn[*i].direction == Direction::Arrival);
-    for i in first_population.chain(landing) {
-        let d = &drawn[i];
-        let size = size_of(d);
-        let (from, to) = match (d.direction, leaves_as[i]) {
-            (Direction::Departure, _) => (d.time_s - 2400.0, d.time_s + 900.0),
-            (_, Some(next)) => (d.time_s - 300.0, drawn[next].time_s + 900.0),
-            _ => (d.time_s - 300.0, f64::INFINITY),
-        };
-        let free = |s: usize| {
-            let Some((at_m, heading_rad)) = poses[s] else { return false };
-            taken.iter().all(|(other, begin, end, theirs)| {
-                if *begin >= to || *end <= from {
-                    return true;
-                }
-                let Some((there, towards)) = poses[*other] else { return true };
-                *other != s
-                    && ((there - at_m).norm() > 120.0
-                        || distance_m(
-                            &outline(size, at_m, heading_rad),
-                            &outline(*theirs, there, towards),
-                        ) > 4.0)
-            })
-        };
-        let need = code_of_span(size.span_m);
-        let [mut reached, mut off_runways] =
-            reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
-        if let Some(next) = leaves_as[i] {
-            let [left, off] = reach(&drawn[next].runway, &d.designator, false);
-            reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
-            off_runways.iter_mut().zip(off).for_each(|(r, l)| *r &= l);
-        }
-        let fits = |s: usize| network.stands[s].code >= need && reached[s];
-        let mut fitting: Vec<usize> =
-            usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();
-        // Airliners stand among light aircraft and helicopters only where nothing else is left.
-        let usual = |s: &usize| need < AIRLINER_CODE || !network.stands[*s].light;
-        if fitting.iter().any(usual) {
-            fitting.retain(usual);
-        }
-        // Nobody taxies along a runway on which others land or take off, where there is an elsewhere.
-        if fitting.iter().any(|s| off_runways[*s]) {
-            fitting.retain(|s| off_runways[*s]);
-        }
-        // Who would close a lane goes elsewhere, where there is an elsewhere.
-        let mut clear = |s: &usize| {
-            let key = (*s, size.length_m.to_bits(), size.span_m.to_bits());
-            *clear_of.entry(key).or_insert_with(|| {
-                poses[*s].is_some_and(|(at_m, heading_rad)| {
-                    clear_of_lanes(&lanes, &outline(size, at_m, heading_rad), widest_m)
+    let mut allot = |drawn: &[Drawn], order: &[usize]| -> Vec<Option<usize>> {
+        // Occupied: stand, from, to, size.
+        let mut taken: Vec<(usize, f64, f64, Size)> = Vec::new();
+        let mut stand_of: Vec<Option<usize>> = vec![None; drawn.len()];
+        for i in order.iter().copied() {
+            let d = &drawn[i];
+            let size = size_of(d);
+            let (from, to) = match (d.direction, leaves_as[i]) {
+                (Direction::Departure, _) => (d.time_s - 2400.0, d.time_s + 900.0),
+                (_, Some(next)) => (d.time_s - 300.0, drawn[next].time_s + 900.0),
+                _ => (d.time_s - 300.0, f64::INFINITY),
+            };
+            let free = |s: usize| {
+                let Some((at_m, heading_rad)) = poses[s] else { return false };
+                taken.iter().all(|(other, begin, end, theirs)| {
+                    if *begin >= to || *end <= from {
+                        return true;
+                    }
+                    let Some((there, towards)) = poses[*other] else { return true };
+                    *other != s
+                        && ((there - at_m).norm() > 120.0
+                            || distance_m(
+                                &outline(size, at_m, heading_rad),
+                                &outline(*theirs, there, towards),
+                            ) > 4.0)
                 })
-            })
+            };
+            let need = code_of_span(size.span_m);
+            let [mut reached, mut off_runways] =
+                reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
+            if let Some(next) = leaves_as[i] {
+                let [left, off] = reach(&drawn[next].runway, &d.designator, false);
+                reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
+                off_runways.iter_mut().zip(off).for_each(|(r, l)| *r &= l);
+            }
+            let fits = |s: usize| network.stands[s].code >= need && reached[s];
+            let mut fitting: Vec<usize> =
+                usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();
+            // Airliners stand among light aircraft and helicopters only where nothing else is left.
+            let usual = |s: &usize| need < AIRLINER_CODE || !network.stands[*s].light;
+            if fitting.iter().any(usual) {
+                fitting.retain(usual);
+            }
+            // Nobody taxies along a runway on which others land or take off, where there is an elsewhere.
+            if fitting.iter().any(|s| off_runways[*s]) {
+                fitting.retain(|s| off_runways[*s]);
+            }
+            // Who would close a lane goes elsewhere, where there is an elsewhere.
+            let mut clear = |s: &usize| {
+                let key = (*s, size.length_m.to_bits(), size.span_m.to_bits());
+                *clear_of.entry(key).or_insert_with(|| {
+                    poses[*s].is_some_and(|(at_m, heading_rad)| {
+                        clear_of_lanes(&lanes, &outline(size, at_m, heading_rad), widest_m)
+                    })
+                })
+            };
+            if fitting.iter().any(&mut clear) {
+                fitting.retain(clear);
+            }
+            if fitting.is_empty() {
+                continue;
+            }
+            let stand = fitting[(d.place * fitting.len() as f64) as usize % fitting.len()];
+            taken.push((stand, from, to, size));
+            stand_of[i] = Some(stand);
+        }
+        stand_of
+    };
+    let by_time: Vec<usize> = order.iter().copied().filter(|i| comes_as[*i].is_none()).collect();
+    let (mut first, landing): (Vec<usize>, Vec<usize>) =
+        by_time.iter().partition(|i| drawn[**i].direction == Direction::Departure);
+    first.extend(landing);
+    let directions: Vec<Direction> = drawn.iter().map(|d| d.direction).collect();
+    // How many have a stand, and the share of the direction that has less.
+    let served = |stand_of: &[Option<usize>]| -> (usize, f64) {
+        let of = |direction: Direction| {
+            let all = || (0..directions.len()).filter(|i| directions[*i] == direction);
+            let some = all().filter(|i| stand_of[comes_as[*i].unwrap_or(*i)].is_some()).count();
+            (some, some as f64 / all().count().max(1) as f64)
         };
-        if fitting.iter().any(&mut clear) {
-            fitting.retain(clear);
+        let [arrivals, departures] = [Direction::Arrival, Direction::Departure].map(of);
+        (arrivals.0 + departures.0, arrivals.1.min(departures.1))
+    };
+    let mut stand_of = allot(&drawn, &first);
+    let all = drawn.len();
+    // Where stands are few, the first population would take all of them, and nobody could land.
+    if served(&stand_of).0 < all {
+        let other = allot(&drawn, &by_time);
+        if served(&other) > served(&stand_of) {
+            stand_of = other;
         }
-        if fitting.is_empty() {
-            continue;
+    }
+    for mix in smaller {
+        if served(&stand_of).0 == all {
+            break;
         }
-        let stand = fitting[(d.place * fitting.len() as f64) as usize % fitting.len()];
-        taken.push((stand, from, to, size));
-        stand_of[i] = Some(stand);
+        let mut others = drawn.clone();
+        for (i, d) in others.iter_mut().enumerate() {
+            if stand_of[comes_as[i].unwrap_or(i)].is_none()
+                && let Some(designator) = of_mix(mix, d.other)
+            {
+                designator.clone_into(&mut d.designator);
+            }
+        }
+        for order in [&first, &by_time] {
+            let other = allot(&others, order);
+            if served(&other) > served(&stand_of) {
+                stand_of = other;
+                drawn.clone_from(&others);
+            }
+        }
     }
     let mut wanted = Vec::new();
     let mut left_out = 0;
@@ -343,7 +420,7 @@ fn on_stands(
     }
     if left_out > 0 {
         remarks.push(format!(
-            "{left_out} of {} drawn flights are left out: no stand is free for them",
+            "{left_out} of {} drawn flights {ARE_LEFT_OUT}no stand is free for them",
             drawn.len()
         ));
     }

@@ -215,12 +215,14 @@ const MOST_CROSSWIND_MPS: f64 = 12.0;
 
 /// Ends that traffic uses where the scene names none, for landings and take-offs, each beside those that it names (empty: none).
 ///
+/// Both bear as many types of the demand as any runway does (`mixes`: what it is drawn from, and what instead where nothing of it can).
 /// Landings go to the runway with most exits from which stands are reached, take-offs to the next best one that does not cross it,
 /// else to the same, at the wind (to where it blows, m/s). Nobody takes off towards those who land, on runways side by side either.
 pub(super) fn default_ends(
     ground: &Ground<'_>,
     wind_mps: Vector2<f64>,
     named: [&[String]; 2],
+    mixes: &[Vec<(&TypeRow, f64)>],
 ) -> [Vec<String>; 2] {
     let network = ground.network;
     let exits = |r: usize| {
@@ -241,7 +243,10 @@ pub(super) fn default_ends(
             .filter_map(|name| end_named(network, name))
             .collect();
         let ends = if fixed.is_empty() { &all } else { &fixed };
-        let candidate = |end: &RunwayEnd| {
+        let reaches: Vec<Reach<'_>> =
+            ends.iter().map(|end| Reach::of(ground, *end, arrival)).collect();
+        let bears = borne(ends, &reaches, mixes);
+        let candidate = |(n, end): (usize, &RunwayEnd)| {
             let (r, e) = *end;
             let ends_m = network.runways[r].ends_m;
             let towards = (ends_m[1 - e] - ends_m[e]).normalize();
@@ -250,12 +255,13 @@ pub(super) fn default_ends(
                 end: *end,
                 rank: order.iter().position(|o| *o == r).unwrap_or(order.len()),
                 towards,
-                length_m: Reach::of(ground, *end, arrival).length_m(0),
+                length_m: reaches[n].length_m(0),
+                short: !bears[n],
                 tailwind: tail_mps > MOST_TAILWIND_MPS,
                 crosswind: (wind_mps - towards * tail_mps).norm() > MOST_CROSSWIND_MPS,
             }
         };
-        ends.iter().map(candidate).collect()
+        ends.iter().enumerate().map(candidate).collect()
     };
     let [landing, leaving] = [of(true), of(false)];
     let mut best: Option<(Merit, f64, [RunwayEnd; 2])> = None;
@@ -269,6 +275,7 @@ pub(super) fn default_ends(
         let merit = Merit {
             without_way: count(&|c| c.length_m == 0.0),
             tailwinds: count(&|c| c.tailwind),
+            short: count(&|c| c.short),
             head_on: lands.towards.dot(&leaves.towards) < HEAD_ON_COS,
             crosswinds: count(&|c| c.crosswind),
             ranks: (lands.rank, if same { usize::MAX } else { leaves.rank }),
@@ -299,6 +306,29 @@ struct Candidate {
     length_m: f64,
     tailwind: bool,
     crosswind: bool,
+    /// Types of the demand that another end bears cannot use this one.
+    short: bool,
+}
+
+/// An end that bears this share of what the best one does is not short: a second runway is worth more than the largest types (assumed).
+const ENOUGH: f64 = 0.7;
+
+/// Which ends bear about as much of a demand as any does: of the first of its mixes that is borne anywhere, by weight.
+fn borne(ends: &[RunwayEnd], reaches: &[Reach<'_>], mixes: &[Vec<(&TypeRow, f64)>]) -> Vec<bool> {
+    for mix in mixes {
+        let of = |(end, reach): (&RunwayEnd, &Reach<'_>)| -> f64 {
+            let usable = mix.iter().filter(|(row, _)| {
+                needs_m(row, reach, end.1) <= reach.length_m(code_of_span(row.class.span_m))
+            });
+            usable.map(|(_, weight)| weight).sum()
+        };
+        let borne: Vec<f64> = ends.iter().zip(reaches).map(of).collect();
+        let most = borne.iter().copied().fold(0.0, f64::max);
+        if most > 0.0 {
+            return borne.iter().map(|b| *b >= ENOUGH * most).collect();
+        }
+    }
+    vec![true; ends.len()]
 }
 
 /// What speaks against an end for landings and one for take-offs, the gravest first.
@@ -306,6 +336,7 @@ struct Candidate {
 struct Merit {
     without_way: usize,
     tailwinds: usize,
+    short: usize,
     head_on: bool,
     crosswinds: usize,
     ranks: (usize, usize),

@@ -50,6 +50,7 @@ pub(super) fn look(now_s: f64, picture: &Picture<'_>) -> Vec<Found> {
         let leaves = match flights[there].direction {
             Direction::Departure => Some(there),
             Direction::Arrival => flights.iter().position(|g| g.turnaround_of == Some(there)),
+            Direction::Vehicle => continue,
         };
         // Its own next flight is no other.
         if leaves.is_some_and(|d| flights[d].turnaround_of == Some(*m)) {

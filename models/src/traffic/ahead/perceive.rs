@@ -47,6 +47,7 @@ pub fn perceive(
         let seen = match flight.direction {
             Direction::Departure => one.departure(),
             Direction::Arrival => one.arrival(),
+            Direction::Vehicle => None,
         };
         if seen.is_none() {
             moment.unseen.push(m as u32);

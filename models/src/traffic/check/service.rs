@@ -119,7 +119,9 @@ impl Service {
     ) -> Row {
         let mut missed = Breaches::default();
         for (one, w) in self.done.iter().zip(who) {
-            let Some(direction) = w.direction else { continue };
+            let Some(direction) = w.direction.filter(|d| *d != Direction::Vehicle) else {
+                continue;
+            };
             if w.due_s + rules.serve_s > end_s {
                 continue;
             }
@@ -128,7 +130,7 @@ impl Service {
                 one.last_m.is_some_and(|(at, v)| v < STILL_MPS && on_stand(w, stands_m, at));
             let (served, what) = match direction {
                 Direction::Departure => (one.on_ground && one.airborne, "not airborne"),
-                Direction::Arrival => (one.landed && parked, "not on a stand"),
+                Direction::Arrival | Direction::Vehicle => (one.landed && parked, "not on a stand"),
             };
             if served {
                 continue;

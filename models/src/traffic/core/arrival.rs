@@ -428,6 +428,7 @@ impl Core {
             let mover = &mut self.movers[m];
             mover.cleared_from_m = drawn.is_none().then_some(begin_m);
             mover.cleared_way_m = drawn.unwrap_or_default();
+            mover.cleared_arcs = if turned.is_some() { all } else { Vec::new() };
             // It taxies from where it turns off: a backtrack is no delay.
             let begin_m = if net.edges[arc / 2].backtrack { free_to } else { vacated };
             mover.measures.unhindered_s = way.unhindered_s(begin_m, way.stop_m, &driving);

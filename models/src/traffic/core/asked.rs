@@ -28,8 +28,16 @@ impl Core {
         let done = |m: &&Mover| match self.flights[m.flight].direction {
             Direction::Arrival => m.measures.aibt_s.is_some(),
             Direction::Departure => m.measures.atot_s.is_some(),
+            Direction::Vehicle => false,
         };
         self.movers.iter().filter(done).count()
+    }
+
+    /// Whether every flight has taken off or is in block.
+    #[must_use]
+    pub fn all_served(&self) -> bool {
+        let vehicles = (0..self.flights.len()).filter(|f| self.is_vehicle(*f)).count();
+        self.measures_of_served() + vehicles == self.flights.len()
     }
 
     /// Clearances so far, in the order of their begin.

@@ -24,10 +24,8 @@ impl Core {
             let other = &self.movers[o];
             let stands = matches!(other.phase, Phase::Parked | Phase::Docked);
             let promised = matches!(other.phase, Phase::Final | Phase::Landing | Phase::Taxiing);
-            if !(stands || promised) {
-                continue;
-            }
-            for z in &other.parked_pieces {
+            let parked = other.parked_pieces.iter().filter(|_| stands || promised);
+            for z in parked.chain(other.goal.iter().flat_map(|goal| &goal.1)) {
                 for (y, least) in self.pieces.conflicts(*z as usize, other.class) {
                     if class >= *least {
                         closed[self.pieces.list[*y as usize].edge] = true;

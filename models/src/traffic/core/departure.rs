@@ -5,6 +5,7 @@ mod to_runway;
 
 use push::{Begin, nose_of};
 pub(super) use push::{SWING_M, push_heading};
+pub(super) use to_runway::Goal;
 
 use super::failures::FailureKind;
 use super::plan::Start;
@@ -30,6 +31,9 @@ impl Core {
     pub(super) fn parked(&mut self, m: usize) {
         let f = &self.flights[m];
         if self.time_s < f.time_s || self.time_s < self.movers[m].next_try_s {
+            return;
+        }
+        if self.is_vehicle(m) && !self.is_to_drive(m) {
             return;
         }
         let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
@@ -99,6 +103,12 @@ impl Core {
             let now = self.time_s;
             self.movers[m].waits_for = blocker;
             let since = *self.movers[m].waits_since_s.get_or_insert(now);
+            if self.is_vehicle(m) {
+                if now - since > TOWED_OFF_S {
+                    self.gives_up_drive(m);
+                }
+                return;
+            }
             if self.shut_in(m, blocker) {
                 return;
             }
@@ -142,6 +152,7 @@ impl Core {
         mover.measures.aobt_s = Some(now);
         mover.waits_since_s = None;
         mover.waits_for = None;
+        let short_m = short_m + mover.stands_short_m;
         mover.s = PUSH_BEFORE_M - (guided - self.flights[m].wheelbase_m) + short_m;
         match self.failing(m, FailureKind::PushUncleared) {
             Some(failure) => self.begin_failure(failure),
@@ -166,7 +177,7 @@ impl Core {
     }
 
     /// The departure's way: of several, under a plan, the one that is lined up first.
-    fn find_departure(&mut self, m: usize) -> bool {
+    pub(super) fn find_departure(&mut self, m: usize) -> bool {
         let (closed, opposed) = (self.closed(m), self.opposed(m));
         if self.policy != Policy::Planned {
             let found = self.plan_departure(m, &closed, &opposed, &[]);
@@ -289,16 +300,15 @@ impl Core {
                 _ => break,
             }
         }
-        let r = f.runway.0;
-        let entries = self.entries(m);
+        let goal = self.goal_of_way(m);
         let length = f.size.length_m;
         // Back to the lane and onto one side of it; where no way leads on from there (a dead end), farther back
         // along the lane to the next junctions. Against one-way lanes only if there is nothing else, and last with scant runway.
         let mut found: Option<(f64, Pushback)> = None;
         let mut options = 0;
-        let (wanted_m, scant_m) = (&entries.least_m[..], &[entries.scant_m][..]);
+        let (wanted_m, scant_m) = goal.least_m();
         for (lenient, least_m) in
-            [(false, wanted_m), (true, wanted_m), (false, scant_m), (true, scant_m)]
+            [(false, &wanted_m), (true, &wanted_m), (false, &scant_m), (true, &scant_m)]
         {
             let mut backs: Vec<(f64, Vec<usize>)> = vec![(0.0, back.clone())];
             let mut done = 0;
@@ -315,14 +325,14 @@ impl Core {
                     options += 1;
                     let (start, last) = (chain[0] ^ 1, back[back.len() - 1]);
                     for least_m in least_m {
-                        let goal = |arc: usize| self.enters(&entries, arc, *least_m);
+                        let ends = |arc: usize| self.ends_way(&goal, arc, *least_m);
                         let is_closed = |e: usize| {
                             (closed[e] && e != start / 2)
                                 || e == last / 2
-                                || net.edges[e].runway == Some(r)
+                                || goal.keeps_off(&net.edges[e])
                         };
                         let way =
-                            self.arcs.quickest(&net, &[(start, 0.0)], goal, is_closed, |a| slow[a]);
+                            self.arcs.quickest(&net, &[(start, 0.0)], ends, is_closed, |a| slow[a]);
                         if let Some(way) = way {
                             if found.as_ref().is_none_or(|b| way.time_s < b.0) {
                                 found = Some((way.time_s, (back.clone(), chain.clone(), way.arcs)));
@@ -345,7 +355,7 @@ impl Core {
                 break;
             }
         }
-        if found.is_none() && self.movers[m].waits_since_s.is_none() {
+        if found.is_none() && self.movers[m].waits_since_s.is_none() && !self.is_vehicle(m) {
             let (name, edges) = (&f.callsign, back.len());
             self.remark(format!("{name}: {options} ways to push back, lead-in of {edges} edges"));
         }
@@ -363,7 +373,11 @@ impl Core {
         let mut arcs: Vec<usize> = chain.iter().rev().map(|a| a ^ 1).collect();
         let skipped: f64 = chain.iter().map(|a| self.arcs.length_m(*a)).sum();
         arcs.extend(taxi.iter().skip(1));
-        let Some(first_strip) = self.lay_to_runway(m, arcs) else { return false };
+        let laid = match self.is_vehicle(m) {
+            true => self.lay_to_goal(m, &arcs),
+            false => self.lay_to_runway(m, arcs),
+        };
+        let Some(first_strip) = laid else { return false };
         let push_arcs: Vec<usize> = back.iter().chain(chain).copied().collect();
         let mut push = Way::over(&net, &self.pieces, &push_arcs, class, (PUSH_BEFORE_M, 0.0), 0.0);
         // The nose wheel ends 2 m beyond the fillet of lead-in and lane.

@@ -205,6 +205,10 @@ impl Core {
             self.end_clearance(m, "TAX");
             return;
         }
+        if self.is_vehicle(m) {
+            self.arrives_to_stay(m);
+            return;
+        }
         // On its stand: keeps what is under it.
         let size = self.flights[m].size;
         let parked = self.pieces_of_stand(self.movers[m].stand, size);

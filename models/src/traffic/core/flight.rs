@@ -15,13 +15,15 @@ pub enum Policy {
     Free,
 }
 
-/// Arrival or departure.
+/// Arrival, departure, or neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Lands at its time and taxis to a stand.
     Arrival,
     /// Leaves its stand at its time and takes off.
     Departure,
+    /// A vehicle: drives from stand to stand from its time on, and uses no runway.
+    Vehicle,
 }
 
 /// One flight of a schedule.
@@ -31,7 +33,7 @@ pub struct Flight {
     pub callsign: String,
     /// Size on the ground.
     pub size: Size,
-    /// Arrival or departure.
+    /// What it does.
     pub direction: Direction,
     /// Runway, and which end it lands or takes off from (0 or 1).
     pub runway: (usize, usize),
@@ -110,6 +112,8 @@ pub struct Clearance {
     pub until_s: Option<f64>,
     /// Entry, crossing or line-up place along the runway from its first end, m.
     pub place_m: Option<f64>,
+    /// Of a taxi clearance: names of the taxiways that it leads over, in their order, separated by blanks.
+    pub route: String,
 }
 
 /// Times and measures of one flight (`docs/traffic.md`).

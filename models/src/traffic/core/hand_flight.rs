@@ -29,7 +29,7 @@ impl Core {
         self.flights_by_hand
             && mover.phase == Phase::Taxiing
             && mover.hand.is_none()
-            && !(mover.stopped || mover.towed)
+            && !(mover.stopped || mover.towed || self.is_vehicle(flight))
     }
 
     /// How a flight is that a person drives; `None` while nobody does.

@@ -28,6 +28,7 @@ mod state;
 mod tokens;
 mod told;
 mod tow;
+mod vehicle;
 
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
@@ -103,6 +104,12 @@ struct Mover {
     kept: Vec<u32>,
     /// Where it is towed to, out of a stand from which nothing leads away.
     tow_to: Option<usize>,
+    /// Where a vehicle drives to: stand, and the pieces under it there.
+    goal: Option<(usize, Vec<u32>)>,
+    /// How far short of its place on the stand it stands, m: who has driven there.
+    stands_short_m: f64,
+    /// Drives of a vehicle that were planned.
+    drives: u64,
     timing: Timing,
     /// Clearances from outside; what it waits for; told to hold; stands by itself until, s.
     granted: Granted,
@@ -119,6 +126,8 @@ struct Mover {
     stopped: bool,
     towed: bool,
     cleared_way_m: Vec<crate::frames::Point2<f64>>,
+    /// The cleared way by its arcs, where it is not the one that is driven.
+    cleared_arcs: Vec<usize>,
     /// It is the way from this place on, and has not been drawn yet, m.
     cleared_from_m: Option<f64>,
     /// A person drives it.
@@ -196,6 +205,8 @@ pub struct Core {
     flights_by_hand: bool,
     handovers: handover::Handovers,
     pavement_m: Arc<Vec<Vec<crate::frames::Point2<f64>>>>,
+    /// By node: the part of the network that it is in where strips are left out; empty without vehicles.
+    parts: Arc<Vec<usize>>,
     /// By stand, size, runway and end: whether there is a way to leave it by.
     leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
     /// Rings of movers that wait for each other under a policy that rules them out.
@@ -214,6 +225,7 @@ impl Core {
         step_s: f64,
     ) -> Self {
         let mut core = Self::empty(net, pieces, flights, policy, seed, step_s);
+        core.parts = Arc::new(core.parts_beside_strips());
         core.appear();
         core
     }
@@ -279,6 +291,7 @@ impl Core {
             flights_by_hand: false,
             handovers: handover::Handovers::default(),
             pavement_m: Arc::default(),
+            parts: Arc::default(),
             leaves: BTreeMap::new(),
             unexpected: 0,
         }
@@ -394,6 +407,10 @@ impl Core {
     }
 
     fn clear(&mut self, m: usize, kind: &'static str, runway: String) {
+        // Drivers keep off runways: nobody clears them.
+        if self.is_vehicle(m) {
+            return;
+        }
         let (flight, from_s) = (self.movers[m].flight, self.time_s);
         let at = |r: &super::network::NetRunway| {
             r.names.iter().any(|n| runway.split('/').any(|w| w == n))
@@ -404,7 +421,33 @@ impl Core {
             }
             _ => None,
         };
-        self.clearances.push(Clearance { flight, kind, runway, from_s, until_s: None, place_m });
+        let route = if kind == "TAX" { self.route_of(m) } else { String::new() };
+        self.clearances.push(Clearance {
+            flight,
+            kind,
+            runway,
+            from_s,
+            until_s: None,
+            place_m,
+            route,
+        });
+    }
+
+    /// Names of the taxiways of a mover's way as it was cleared, off the runways, in their order.
+    fn route_of(&self, m: usize) -> String {
+        let mover = &self.movers[m];
+        let arcs = match mover.cleared_arcs.is_empty() {
+            true => &mover.way.arcs,
+            false => &mover.cleared_arcs,
+        };
+        let mut names: Vec<&str> = Vec::new();
+        for edge in arcs.iter().map(|arc| &self.net.edges[arc / 2]) {
+            let name = edge.name.trim();
+            if edge.runway.is_none() && !name.is_empty() && names.last() != Some(&name) {
+                names.push(name);
+            }
+        }
+        names.join(" ")
     }
 
     /// Where a mover's way comes nearest to a runway within the next 600 m: place along it, m.
@@ -469,6 +512,9 @@ impl Core {
     }
 }
 
+/// A driver brakes so hard at most, m/s², and so suddenly, m/s³ (traffic.md 2.1; the first assumed: freight and passengers).
+const DRIVER_MPS2: f64 = 2.0;
+const DRIVER_MPS3: f64 = 2.0;
 /// Way on which somebody comes back to his line after a pushback, m.
 const BESIDE_M: f64 = 60.0;
 /// Straight line before the begin of a pushback, m.
@@ -512,12 +558,13 @@ impl Mover {
         let (first, second) = normal_pair(&mut rng);
         let factor = (0.92 + 0.06 * first).clamp(0.75, 1.0);
         let brisk = (1.0 + 0.1 * second).clamp(0.7, 1.0);
+        let drives = f.direction == Direction::Vehicle;
         let driving = Driving {
             straight_mps: f.taxi_mps.0 * factor,
             turn_mps: f.taxi_mps.1,
             acc_mps2: f.taxi_acc_mps2.0 * brisk,
-            dec_mps2: f.taxi_acc_mps2.1,
-            jerk_mps3: 0.6,
+            dec_mps2: if drives { f.taxi_acc_mps2.1.min(DRIVER_MPS2) } else { f.taxi_acc_mps2.1 },
+            jerk_mps3: if drives { DRIVER_MPS3 } else { 0.6 },
             lateral_mps2: 1.2,
         };
         Self {
@@ -556,6 +603,9 @@ impl Mover {
             line_up_s: 35.0,
             kept: Vec::new(),
             tow_to: None,
+            goal: None,
+            stands_short_m: 0.0,
+            drives: 0,
             timing: Timing::default(),
             granted: Granted::default(),
             insisted: Granted::default(),
@@ -568,6 +618,7 @@ impl Mover {
             stopped: false,
             towed: false,
             cleared_way_m: Vec::new(),
+            cleared_arcs: Vec::new(),
             cleared_from_m: None,
             hand: None,
             join: None,

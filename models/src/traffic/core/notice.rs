@@ -186,7 +186,8 @@ impl Core {
 
     /// Whether a mover may do this now; if not, that it wants to.
     pub(super) fn permitted(&mut self, m: usize, kind: ClearanceKind) -> bool {
-        let may = self.cleared_by == ClearedBy::Plan || self.movers[m].granted.has(kind);
+        let asks = self.cleared_by != ClearedBy::Plan && !self.is_vehicle(m);
+        let may = !asks || self.movers[m].granted.has(kind);
         self.movers[m].wants = (!may).then_some(kind);
         may
     }

@@ -402,8 +402,8 @@ impl Core {
         arcs
     }
 
-    /// Lays an arrival's way over arcs that end at its stand.
-    fn lay_to_stand(&mut self, m: usize, arcs: &[usize]) -> bool {
+    /// Lays a way over arcs that end at its stand.
+    pub(super) fn lay_to_stand(&mut self, m: usize, arcs: &[usize]) -> bool {
         let net = Arc::clone(&self.net);
         let size = self.flights[m].size;
         let guided_m = 0.4 * size.length_m - self.short_of_node_m(self.movers[m].stand, size);

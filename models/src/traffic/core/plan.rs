@@ -106,7 +106,8 @@ impl Core {
         let landing = matches!(start, Start::Final);
         let mut before = at(if pushed > 0 { stops_m[pushed - 1] } else { from_m });
         // The engines are started after the pushback.
-        let push_s = if pushed > 0 { (push_s + 105.0 + before, push_s) } else { (0.0, 0.0) };
+        let push_s =
+            if pushed > 0 { (push_s + self.pause_s(m) + before, push_s) } else { (0.0, 0.0) };
         let mut pass_s = vec![0.0; count];
         for k in pushed..count {
             let here = at(stops_m[k]).max(before);
@@ -129,7 +130,8 @@ impl Core {
                     return Some((count - 1, -(READY_S + self.run_s(m))));
                 }
                 // On the stand all but what is under the aircraft is released.
-                let stays = mover.parked_pieces.contains(&way.pieces[k]);
+                let on = mover.goal.as_ref().map_or(&mover.parked_pieces, |goal| &goal.1);
+                let stays = on.contains(&way.pieces[k]);
                 (!stays).then_some((count - 1, -10.0))
             })
             .collect();

@@ -105,6 +105,11 @@ impl Core {
             {
                 return false;
             }
+            if let Some((goal, there)) = &other.goal
+                && (*goal == stand || there.iter().any(|z| touches(o, *z)))
+            {
+                return false;
+            }
             // Under a plan those who drive over it come before an arrival, but not before one who is put there.
             let put =
                 self.policy != Policy::Planned || self.flights[m].direction == Direction::Departure;
@@ -127,6 +132,7 @@ impl Core {
         let leaves = match self.flights[m].direction {
             Direction::Departure => Some(m),
             Direction::Arrival => next,
+            Direction::Vehicle => None,
         };
         let Some(d) = leaves else { return true };
         let (runway, end) = self.flights[d].runway;
@@ -200,6 +206,7 @@ impl Core {
             match f.direction {
                 Direction::Departure => self.appear_on_stand(m, f),
                 Direction::Arrival => self.appear_on_final(m, f),
+                Direction::Vehicle => self.appear_to_drive(m, f),
             }
         }
     }

@@ -32,6 +32,7 @@ impl Core {
         if m.phase == Phase::Parked || stands_on.pieces.is_empty() {
             // On its stand, whatever is planned.
             let (at, heading_rad) = self.stand_pose(m.stand, f.size);
+            let at = at - Azimuth::from_rad(heading_rad).unit() * m.stands_short_m;
             return Some(still(Point3::new(at.x, at.y, 0.0), heading_rad));
         }
         let on = stands_on.path.at(m.s);
@@ -116,6 +117,9 @@ impl Core {
                 .for_each(|x| feed(x.to_bits()));
             if let Some(hand) = &m.hand {
                 hand.feed(&mut feed);
+            }
+            if let Some((stand, _)) = &m.goal {
+                feed(*stand as u64);
             }
         }
         self.feed_failures(&mut feed);

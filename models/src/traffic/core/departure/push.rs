@@ -82,7 +82,10 @@ impl Core {
         if mover.v == 0.0 && stop - mover.s < 0.5 {
             let now = self.time_s;
             let mut rng = self.rng(m, 2);
-            let pause = 90.0 + 30.0 * uniform(&mut rng);
+            let pause = match self.is_vehicle(m) {
+                true => self.pause_s(m),
+                false => 90.0 + 30.0 * uniform(&mut rng),
+            };
             self.movers[m].phase = Phase::Starting(now + pause);
             self.begin_way_after_push(m);
         }

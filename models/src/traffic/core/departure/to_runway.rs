@@ -2,6 +2,7 @@
 
 use crate::frames::{Azimuth, wrap_pi};
 use crate::traffic::core::{Core, Policy};
+use crate::traffic::network::NetEdge;
 use crate::traffic::runway_roll::INTERSECTION_SHARE;
 use crate::traffic::way::{Arcs, GAP_M, Way};
 use std::sync::Arc;
@@ -17,7 +18,42 @@ pub(in crate::traffic::core) struct Entries {
     pub(in crate::traffic::core) scant_m: f64,
 }
 
+/// Where a way from a stand leads.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::traffic::core) enum Goal {
+    /// To a runway, by one of its entries.
+    Runway(Entries),
+    /// To the node of a stand, beside all strips.
+    Stand(Option<usize>),
+}
+
+impl Goal {
+    /// Runway that is wanted ahead of the end of the way, and with what less one is content, m.
+    pub(super) fn least_m(&self) -> (Vec<f64>, Vec<f64>) {
+        match self {
+            Self::Runway(entries) => (entries.least_m.to_vec(), vec![entries.scant_m]),
+            Self::Stand(_) => (vec![0.0], Vec::new()),
+        }
+    }
+
+    /// Whether a way there does not lead over an edge.
+    pub(super) fn keeps_off(&self, edge: &NetEdge) -> bool {
+        match self {
+            Self::Runway(entries) => edge.runway == Some(entries.runway.0),
+            Self::Stand(_) => edge.runway.is_some() || edge.strip.is_some(),
+        }
+    }
+}
+
 impl Core {
+    /// Whether a way may end with an arc, so much of the runway ahead, m.
+    pub(in crate::traffic::core) fn ends_way(&self, goal: &Goal, arc: usize, least_m: f64) -> bool {
+        match goal {
+            Goal::Runway(entries) => self.enters(entries, arc, least_m),
+            Goal::Stand(node) => Some(Arcs::to(&self.net, arc)) == *node,
+        }
+    }
+
     /// Entries of a departure's runway with enough of it ahead.
     pub(in crate::traffic::core) fn entries(&self, m: usize) -> Entries {
         let f = &self.flights[m];
@@ -99,6 +135,24 @@ impl Core {
             first_strip -= 1;
         }
         way.group_crossings(&self.pieces, length + 10.0, first_strip..total);
+        // Who has crossed a strip and has no room to stand clear of it before his runway lines up as he crosses: else he would stand
+        // in the way of who is lined up there.
+        let (ahead_m, behind_m, hold_gap_m) = self.body_m(m);
+        let strip = |way: &Way, k: usize| self.pieces.list[way.pieces[k] as usize].strip;
+        loop {
+            way.hold_before(Some(first_strip));
+            let Some(crossing) =
+                way.crossings.iter().map(|c| c.0).filter(|k| *k < first_strip).max()
+            else {
+                break;
+            };
+            let in_strip = (crossing..first_strip).rev().find(|k| strip(&way, *k).is_some());
+            let off_m = in_strip.map_or(0.0, |k| way.ends_m[k] + behind_m);
+            if way.stop_before_m(first_strip, ahead_m, hold_gap_m) >= off_m {
+                break;
+            }
+            first_strip = crossing;
+        }
         let joined = way.ends_m[pieces_before - 1];
         let turned = way
             .path

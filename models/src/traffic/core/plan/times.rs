@@ -94,6 +94,11 @@ impl Core {
                     uses.put(*z as usize, ever(m, *last, f64::INFINITY));
                 }
             }
+            if let (Some((_, pieces)), Some(last)) = (&mover.goal, t.take_s.last()) {
+                for z in pieces {
+                    uses.put(*z as usize, ever(m, *last, f64::INFINITY));
+                }
+            }
         }
         if unplanned.contains(&true) {
             for (z, holders) in self.holders.iter().enumerate() {

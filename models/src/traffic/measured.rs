@@ -1,0 +1,149 @@
+//! Measures of the traffic of a run, from truth (traffic.md 10).
+
+use super::core::{Core, Direction};
+
+/// A measure with its unit; empty for a count.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Its name; that of a runway's ends with the name of its end.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// Carbon dioxide of a kilogram of fuel, kg.
+const CO2: f64 = 3.16;
+/// The hour and the quarter of an hour in which most movements are counted, s.
+const SPANS: [(&str, f64); 2] = [("peak_hour", 3600.0), ("peak_quarter", 900.0)];
+
+/// What a core has done up to now: service, taxi times, stops, delay, fuel, and by runway end movements, the most of them within an
+/// hour and a quarter of one, and how long a movement had it. Means are absent where nothing was measured.
+#[must_use]
+pub fn measured(core: &Core) -> Vec<Measured> {
+    let mut out = Vec::new();
+    let mut put = |name: &str, value: f64, unit: &'static str| {
+        out.push(Measured { name: name.to_owned(), value, unit });
+    };
+    let flights: Vec<usize> = (0..core.flights().len())
+        .filter(|f| core.flights()[*f].direction != Direction::Vehicle && !core.is_free_place(*f))
+        .collect();
+    let of = |direction: Direction| {
+        let flights = flights.iter().copied();
+        flights.filter(move |f| core.flights()[*f].direction == direction)
+    };
+    let [arrivals, departures] = [Direction::Arrival, Direction::Departure]
+        .map(|direction| of(direction).map(|f| core.measures(f)).collect::<Vec<_>>());
+    let all: Vec<_> = arrivals.iter().chain(&departures).copied().collect();
+    put("served", core.measures_of_served() as f64, "");
+    put("flights", flights.len() as f64, "");
+    put("unexpected_deadlocks", core.unexpected_deadlocks() as f64, "");
+    put("go_arounds", all.iter().map(|m| f64::from(m.go_arounds)).sum(), "");
+    let fuel_kg: f64 = all.iter().map(|m| m.fuel_kg).sum();
+    let taxied = || all.iter().filter(|m| m.taxi_s.is_some());
+    let means = [
+        ("taxi_mean", mean(all.iter().filter_map(|m| m.taxi_s)), "s"),
+        ("taxi_out_mean", mean(departures.iter().filter_map(|m| m.taxi_s)), "s"),
+        ("taxi_in_mean", mean(arrivals.iter().filter_map(|m| m.taxi_s)), "s"),
+        ("additional_mean", mean(all.iter().filter_map(|m| m.additional_s())), "s"),
+        ("stops_mean", mean(taxied().map(|m| f64::from(m.stops))), ""),
+        ("stopped_mean", mean(taxied().map(|m| m.stopped_s)), "s"),
+        ("off_block_delay_mean", mean(delays_s(core, of(Direction::Departure), true)), "s"),
+        ("landing_delay_mean", mean(delays_s(core, of(Direction::Arrival), false)), "s"),
+    ];
+    for (name, value, unit) in means {
+        if let Some(value) = value {
+            put(name, value, unit);
+        }
+    }
+    put("fuel", fuel_kg, "kg");
+    put("co2", CO2 * fuel_kg, "kg");
+    for (r, runway) in core.network().runways.iter().enumerate() {
+        for (end, name) in runway.names.iter().enumerate() {
+            let here = |f: &usize| core.flights()[*f].runway == (r, end);
+            let landed =
+                of(Direction::Arrival).filter(here).filter_map(|f| core.measures(f).aldt_s);
+            let left =
+                of(Direction::Departure).filter(here).filter_map(|f| core.measures(f).atot_s);
+            let (landed, left) = (landed.collect::<Vec<_>>(), left.collect::<Vec<_>>());
+            if landed.is_empty() && left.is_empty() {
+                continue;
+            }
+            put(&format!("landings {name}"), landed.len() as f64, "");
+            put(&format!("take_offs {name}"), left.len() as f64, "");
+            let mut times_s = [landed, left].concat();
+            times_s.sort_by(f64::total_cmp);
+            for (what, span_s) in SPANS {
+                put(&format!("{what} {name}"), most_within(&times_s, span_s) as f64, "");
+            }
+            for (what, kind) in [("landing", "LND"), ("take_off", "LUP")] {
+                let occupied = occupied_s(core, kind, name);
+                if let Some(value) = mean(occupied.into_iter()) {
+                    put(&format!("{what}_occupancy_mean {name}"), value, "s");
+                }
+            }
+        }
+    }
+    out
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0_u32), |(sum, count), v| (sum + v, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+/// Off-block or landing after the time that was wanted, s.
+fn delays_s(
+    core: &Core,
+    flights: impl Iterator<Item = usize>,
+    departs: bool,
+) -> impl Iterator<Item = f64> {
+    flights.filter_map(move |f| {
+        let m = core.measures(f);
+        let actual = if departs { m.aobt_s } else { m.aldt_s };
+        Some(actual? - core.flights()[f].time_s)
+    })
+}
+
+/// How long movements had a runway end, s: landings from touchdown until they were off it, departures from the line to airborne.
+fn occupied_s(core: &Core, kind: &str, end: &str) -> Vec<f64> {
+    let of = core.clearances().iter().filter(|c| c.kind == kind && c.runway == end);
+    let span_s = of.filter_map(|c| {
+        let m = core.measures(c.flight);
+        match kind {
+            "LND" => Some(c.until_s? - m.aldt_s?),
+            _ => Some(m.atot_s? - c.from_s),
+        }
+    });
+    span_s.filter(|s| *s > 0.0).collect()
+}
+
+/// The most of some ascending times within a span, s.
+fn most_within(times_s: &[f64], span_s: f64) -> usize {
+    let (mut first, mut most) = (0, 0);
+    for (last, time_s) in times_s.iter().enumerate() {
+        while time_s - times_s[first] >= span_s {
+            first += 1;
+        }
+        most = most.max(last + 1 - first);
+    }
+    most
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_peak_is_the_most_in_any_span_that_begins_with_a_movement() {
+        let times_s = [0.0, 100.0, 899.0, 900.0, 1000.0, 3599.0, 3600.0, 3700.0];
+        for span_s in [1.0, 101.0, 900.0, 3600.0, 1e9] {
+            let of =
+                |from: &f64| times_s.iter().filter(|t| *t >= from && **t < from + span_s).count();
+            let most = times_s.iter().map(of).max().unwrap_or(0);
+            assert_eq!(most_within(&times_s, span_s), most, "{span_s} s");
+        }
+        assert_eq!(most_within(&[], 60.0), 0);
+    }
+}

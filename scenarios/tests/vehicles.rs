@@ -1,0 +1,153 @@
+//! Vehicles among flights that behave: they get about, and nobody has to be cleared for them or waits for long.
+
+use models::traffic::core::{Core, Direction, Phase};
+use scenarios::Scene;
+use scenarios::hours::{Hour, hour};
+use std::path::Path;
+
+fn text(airport: &str, rest: &str, minutes: u32, seed: u64) -> String {
+    let base = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let is = |ext: &str| base.join(format!("airports/{airport}.{ext}")).exists();
+    let ext = if is("apt.dat") { "apt.dat" } else { "nodes.csv" };
+    let net = format!("ground_network = \"airports/{airport}.groundnet.xml\"");
+    let net = if is("groundnet.xml") { net } else { String::new() };
+    format!(
+        "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = {}\n[airport]\nlayout = \"airports/{airport}.{ext}\"\n{net}\n\
+         [[traffic]]\nkind = \"generated\"\narrivals_per_h = 10\ndepartures_per_h = 10\n{rest}\n",
+        minutes * 60
+    )
+}
+
+fn scene(airport: &str, rest: &str, minutes: u32, seed: u64) -> Scene {
+    let base = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = text(airport, rest, minutes, seed);
+    scenarios::load_text(&base.join("vehicles.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+const FLEET: &str = "vehicles = { FOLLOWME = 3, FUEL = 2, BUS = 1 }";
+
+/// What became of the vehicles of a run.
+#[derive(Default)]
+struct Seen {
+    /// By vehicle: stands that it stood on, in their order.
+    stood: Vec<Vec<usize>>,
+    /// The nearest that one was to a centreline beside the ends, m.
+    nearest_m: f64,
+    fastest_mps: f64,
+}
+
+#[test]
+fn vehicles_get_about_beside_the_runways_and_all_is_kept_at_every_frame() {
+    for (airport, seed, policy) in [
+        ("XSYN", 3, "planned"),
+        ("LSZH", 2, "planned"),
+        ("LIMC", 2, "planned"),
+        ("EHAM", 1, "planned"),
+        ("LZIB", 2, "planned"),
+    ] {
+        let rest = format!("{FLEET}\n[control]\npolicy = \"{policy}\"");
+        let scene = scene(airport, &rest, 40, seed);
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let first = behaving.flights.len();
+        let count = behaving.vehicles.len();
+        let name = format!("{airport}, seed {seed}, {policy}");
+        assert_eq!(count, 6, "{name}: {:?}", behaving.remarks);
+        let mut seen =
+            Seen { stood: vec![Vec::new(); count], nearest_m: f64::INFINITY, fastest_mps: 0.0 };
+        let network = behaving.network.clone();
+        let step = &mut |core: &mut Core, frame: i64| {
+            core.step(frame);
+            for v in 0..count {
+                let Some(state) = core.state(first + v) else { continue };
+                let stand = core.stand(first + v);
+                if core.phase(first + v) == Phase::Parked && seen.stood[v].last() != Some(&stand) {
+                    seen.stood[v].push(stand);
+                }
+                seen.fastest_mps = seen.fastest_mps.max(state.velocity_mps.norm());
+                for runway in &network.runways {
+                    let (along_m, off_m) = runway.place_m(state.position_m.xy());
+                    if (0.0..=runway.length_m).contains(&along_m) {
+                        seen.nearest_m = seen.nearest_m.min(off_m.abs());
+                    }
+                }
+            }
+        };
+        let looks = Hour { seed, every: 1, drain_s: 2700.0, stopping: 0.2 };
+        let held = hour(behaving, &scene.run, &scene.airport.layout, &looks, step).expect("truth");
+        assert_eq!(held.broken(), Vec::<String>::new(), "{name}");
+        assert!(held.core.all_served(), "{name}: {} of {first}", held.core.measures_of_served());
+        assert_eq!(held.core.unexpected_deadlocks(), 0, "{name}");
+        // Each stands 3 to 10 minutes and drives a few: in 40 minutes one drive at the least (who stands behind others waits for them), in the mean of all more than one (Malpensa is 5 km long).
+        let drives: Vec<usize> = seen.stood.iter().map(|s| s.len().saturating_sub(1)).collect();
+        let stands: Vec<&str> =
+            seen.stood.iter().map(|s| network.stands[s[0]].name.as_str()).collect();
+        assert!(drives.iter().all(|d| *d >= 1), "{name}: {drives:?} from {stands:?}");
+        assert!(3 * drives.iter().sum::<usize>() >= 4 * count, "{name}: {drives:?}");
+        assert!(seen.nearest_m > 30.0, "{name}: {} m from a centreline", seen.nearest_m);
+        let most_mps = behaving.vehicles.iter().map(|v| v.taxi_mps.0).fold(0.0, f64::max);
+        assert!(seen.fastest_mps <= most_mps, "{name}: {} m/s", seen.fastest_mps);
+        // Nobody clears them.
+        let of_vehicles = held.core.clearances().iter().filter(|c| c.flight >= first).count();
+        assert_eq!(of_vehicles, 0, "{name}");
+    }
+}
+
+#[test]
+fn vehicles_are_left_out_where_nothing_is_planned_and_that_is_said() {
+    for policy in ["ordered", "free"] {
+        let rest = format!("{FLEET}\n[control]\npolicy = \"{policy}\"");
+        let scene = scene("LZIB", &rest, 20, 2);
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        assert!(behaving.vehicles.is_empty(), "{policy}");
+        let told = scene.warnings.iter().any(|w| w.contains("6 vehicles are left out"));
+        assert!(told, "{policy}: {:?}", scene.warnings);
+    }
+}
+
+#[test]
+fn a_vehicle_leaves_the_stand_of_a_flight_that_is_expected() {
+    let scene = scene("XSYN", "vehicles = { FOLLOWME = 40 }", 60, 5);
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    // Those for whom no stand is free are left out, and that is said.
+    let left_out = |r: &&String| r.contains("vehicles are left out");
+    let told = behaving.remarks.iter().filter(left_out).count();
+    assert_eq!(told == 1, behaving.vehicles.len() < 40, "{:?}", behaving.remarks);
+    let mut core = behaving.core(&scene.run, 5).expect("truth");
+    let flights = behaving.flights.len();
+    (1..=72_000).for_each(|frame| core.step(frame));
+    let given = |f: usize| core.stand(f) == core.flights()[f].stand;
+    let others = (0..flights).filter(|f| !given(*f)).count();
+    assert!(others <= flights / 5, "{others} of {flights} flights got another stand");
+}
+
+#[test]
+fn the_same_vehicles_come_whoever_asks_and_without_any_nothing_is_changed() {
+    let with = scene("LSZH", FLEET, 20, 1);
+    let without = scene("LSZH", "", 20, 1);
+    let [with, without] = [&with, &without].map(|s| s.traffic.behaving.clone().expect("behaves"));
+    assert_eq!(with.flights, without.flights);
+    assert!(without.vehicles.is_empty());
+    assert!(with.vehicles.iter().all(|v| v.direction == Direction::Vehicle));
+    let run = scene("LSZH", FLEET, 20, 1).run;
+    let digest = |times: i64| {
+        let mut core = with.core(&run, 1).expect("truth");
+        (1..=times).for_each(|frame| core.step(frame));
+        core.digest()
+    };
+    assert_eq!(digest(12_000), digest(12_000));
+}
+
+#[test]
+fn a_type_that_is_no_vehicle_is_refused_by_name() {
+    let base = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (rest, said) in [
+        ("vehicles = { A320 = 1 }", "A320"),
+        ("vehicles = { FOLLOWME = 201 }", "0 to 200"),
+        ("vehicles = { FOLLOWME = 0.5 }", "whole number"),
+    ] {
+        let text = text("XSYN", rest, 20, 1);
+        let error = scenarios::load_text(&base.join("vehicles.toml"), &text).expect_err(rest);
+        assert!(error.to_string().contains(said), "{error}");
+        assert!(error.to_string().contains("vehicles"), "{error}");
+    }
+}
