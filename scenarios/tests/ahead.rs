@@ -65,6 +65,7 @@ fn end_s(core: &Core, m: usize) -> Option<f64> {
     match core.flights()[m].direction {
         Direction::Departure => core.measures(m).atot_s,
         Direction::Arrival => core.measures(m).aibt_s,
+        Direction::Vehicle => None,
     }
 }
 
@@ -143,7 +144,7 @@ fn everybody_is_found_where_he_is_and_what_is_foreseen_comes() {
 #[test]
 fn a_change_tells_who_gains_and_who_loses_by_it() {
     let (mut looked, mut turned) = (0, 0);
-    for (airport, rate, seed) in [(XSYN, 12, 8), (EGCC, 18, 9), (LIMC, 20, 10)] {
+    for (airport, rate, seed) in [(XSYN, 12, 8), (EGCC, 18, 9), (LIMC, 20, 10), (EHAM, 20, 11)] {
         let scene = scene(airport, rate, seed);
         let (core, moment, airport) = seen_at(&scene, seed, 1000.0);
         let name = &scene.airport.layout.name;

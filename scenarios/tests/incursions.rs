@@ -109,7 +109,9 @@ fn occasion(core: &Core, now_s: f64, tries: Try, said: &[Said]) -> Option<Said> 
             .collect(),
         _ => cleared.map(|c| c.flight).collect(),
     };
-    let lands = lands.into_iter().filter(|f| core.phase(*f) == Phase::Final);
+    // Who is over the threshold has passed who enters there: behind him one may line up.
+    let comes = |f: &usize| core.state(*f).is_some_and(|s| s.position_m.z > 20.0);
+    let lands = lands.into_iter().filter(|f| core.phase(*f) == Phase::Final && comes(f));
     lands.into_iter().find_map(|f| {
         let entered = can(kind, core.flights()[f].runway.0, f)?;
         one(entered, kind, f)
@@ -179,10 +181,24 @@ fn who_is_cleared_onto_a_runway_that_is_anothers_goes_there_and_the_alert_is_rai
                 _ => continue,
             };
             let of = |who: &str| who.contains(&s.callsign) && who.contains(&s.against);
-            let raised = alerts.iter().find(|(at_s, kind, who)| {
-                kind == conflict && of(who) && (s.at_s..s.at_s + 15.0).contains(at_s)
+            // From when he acts upon it: where he still has a way to go to the line, that is when he comes there.
+            let acts = core.clearances().iter().find(|c| {
+                let own = core.flights()[c.flight].callsign == s.callsign;
+                own && c.kind == s.kind.word() && c.from_s >= s.at_s
             });
-            assert!(raised.is_some(), "{case}: {s:?}: {alerts:?}");
+            let acts_s = acts.map_or(s.at_s, |c| c.from_s);
+            assert!(acts_s < s.at_s + 60.0, "{case}: {s:?} acts at {acts_s} s");
+            let raised = alerts.iter().find(|(at_s, kind, who)| {
+                kind == conflict && of(who) && (s.at_s..acts_s + 15.0).contains(at_s)
+            });
+            let rows = core.clearances().iter().map(|c| (c, &core.flights()[c.flight].callsign));
+            let rows = rows.filter(|(_, who)| **who == s.callsign || **who == s.against);
+            let rows: Vec<String> = rows
+                .map(|(c, who)| {
+                    format!("{who} {} {} {:.0} {:?}", c.kind, c.runway, c.from_s, c.until_s)
+                })
+                .collect();
+            assert!(raised.is_some(), "{case}: {s:?}: {rows:?}");
             let moved = alerts.iter().find(|(at_s, kind, who)| {
                 kind.starts_with("RMCA") && of(who) && (s.at_s..s.at_s + 60.0).contains(at_s)
             });

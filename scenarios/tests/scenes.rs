@@ -108,7 +108,7 @@ fn bad_scenes_give_one_line() {
         (
             "type = \"FIRE\"",
             "type = \"FIRE\"\nspeed_kt = 20",
-            "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, count, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts, arrivals_per_h, departures_per_h, mix, profile, seed, arrival_runways, departure_runways",
+            "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, count, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts, arrivals_per_h, departures_per_h, mix, profile, turnaround_min, vehicles, seed, arrival_runways, departure_runways",
         ),
         (
             "visibility_m = 400, film_mm",

@@ -66,6 +66,8 @@ pub struct Piece {
     pub strip: Option<usize>,
     /// On the centreline of a runway.
     pub runway: Option<usize>,
+    /// Another runway over whose pavement it leads, in this strip.
+    pub over: Option<usize>,
 }
 
 impl Piece {
@@ -101,6 +103,20 @@ pub struct Pieces {
     straight_m: Vec<[f64; CLASSES]>,
 }
 
+/// A runway other than `own` over whose pavement a part of an edge leads, m from its first node.
+fn over(net: &Network, edge: usize, own: usize, [from_m, to_m]: [f64; 2]) -> Option<usize> {
+    let [a, b] = net.edges[edge].nodes.map(|n| net.nodes[n].at_m);
+    let length_m = net.length_m(edge).max(1e-9);
+    let points = [from_m, 0.5 * (from_m + to_m), to_m].map(|m| a + (b - a) * (m / length_m));
+    (0..net.runways.len()).filter(|r| *r != own).find(|r| {
+        let runway = &net.runways[*r];
+        points.iter().any(|at_m| {
+            let (along_m, off_m) = runway.place_m(*at_m);
+            (0.0..=runway.length_m).contains(&along_m) && off_m.abs() <= 0.5 * runway.width_m
+        })
+    })
+}
+
 type Quad = [Point2<f64>; 4];
 
 impl Pieces {
@@ -117,12 +133,14 @@ impl Pieces {
             for k in 0..count {
                 let at = |k: usize| length * k as f64 / count as f64;
                 let (strip, runway) = (edge.strip, edge.runway);
+                let over = strip.and_then(|own| over(net, index, own, [at(k), at(k + 1)]));
                 pieces.list.push(Piece {
                     edge: index,
                     from_m: at(k),
                     to_m: at(k + 1),
                     strip,
                     runway,
+                    over,
                 });
             }
         }

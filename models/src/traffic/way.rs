@@ -172,9 +172,10 @@ impl Way {
             {
                 end += 1;
             }
-            // Where the strips of two runways touch, both are crossed.
+            // Where the strips of two runways touch, or one is taxied along over another, both are crossed.
             let mut crossed = vec![runway];
-            for r in (i..=last).filter_map(|k| strip(self.pieces[k])) {
+            let over = |k: usize| pieces.list[self.pieces[k] as usize].over;
+            for r in (i..=last).flat_map(|k| strip(self.pieces[k]).into_iter().chain(over(k))) {
                 if !crossed.contains(&r) {
                     crossed.push(r);
                 }
@@ -381,7 +382,7 @@ mod tests {
     fn way(count: usize, strip: Range<usize>, hold: Option<(usize, f64)>) -> (Way, Pieces) {
         let piece = |k: usize| {
             let strip = strip.contains(&k).then_some(0);
-            Piece { edge: k, from_m: 0.0, to_m: 30.0, strip, runway: None }
+            Piece { edge: k, from_m: 0.0, to_m: 30.0, strip, runway: None, over: None }
         };
         let mut pieces = Pieces::default();
         pieces.list.extend((0..count).map(piece));

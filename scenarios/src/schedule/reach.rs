@@ -336,9 +336,9 @@ fn borne(ends: &[RunwayEnd], reaches: &[Reach<'_>], mixes: &[Vec<(&TypeRow, f64)
 struct Merit {
     without_way: usize,
     tailwinds: usize,
-    short: usize,
     head_on: bool,
     crosswinds: usize,
+    short: usize,
     ranks: (usize, usize),
 }
 

@@ -450,11 +450,13 @@ impl Core {
         names.join(" ")
     }
 
-    /// Where a mover's way comes nearest to a runway within the next 600 m: place along it, m.
+    /// Where a mover's way comes on to the centreline of a runway, or nearest to it within the next 600 m (who lines up as he crosses
+    /// another one has 2 km to go): place along it, m.
     fn entry_m(&self, m: usize, runway: &super::network::NetRunway) -> f64 {
         let mover = &self.movers[m];
         let (mut best, mut place_m, mut ahead) = (f64::INFINITY, 0.0, 0.0);
-        while ahead <= 600.0 && mover.s + ahead <= mover.way.stop_m.max(mover.s) {
+        let most_m = if mover.next <= mover.threshold as usize { 2000.0 } else { 600.0 };
+        while ahead <= most_m && mover.s + ahead <= mover.way.stop_m.max(mover.s) {
             let (place, across) = runway.place_m(mover.way.path.at(mover.s + ahead).at_m);
             if across.abs() < best {
                 (best, place_m) = (across.abs(), place);
