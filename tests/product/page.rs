@@ -228,14 +228,14 @@ fn labels_never_overlap_and_keep_their_places() {
         w.browser.until(&format!("__viewer.scan === {n}"));
         w.drawn();
         let overlaps = w.browser.eval(
-            "(() => { const l = __viewer.labels, o = []; for (let i = 0; i < l.length; i++) for (let j = 0; j < i; j++) \
+            "(() => { const l = __viewer.labels.map((l) => ({ id: l.id, ...l.box })), o = []; for (let i = 0; i < l.length; i++) for (let j = 0; j < i; j++) \
              if (l[i].x < l[j].x + l[j].w && l[j].x < l[i].x + l[i].w && l[i].y < l[j].y + l[j].h && l[j].y < l[i].y + l[i].h) \
              o.push([l[i].id, l[j].id]); return o; })()",
         );
         assert_eq!(overlaps, json!([]), "scan {n}");
         let places = w.browser.eval(
             "Object.fromEntries(__viewer.labels.map((l) => { const t = __viewer.tracks.find((t) => t.id === l.id) ?? \
-             __viewer.truth.find((t) => t.id === l.id); return [l.id, [l.x + l.w / 2 - t.screen.x, l.y + l.h / 2 - t.screen.y]]; }))",
+             __viewer.truth.find((t) => t.id === l.id); return [l.id, [l.box.x + l.box.w / 2 - t.screen.x, l.box.y + l.box.h / 2 - t.screen.y]]; }))",
         );
         assert_eq!(
             places.as_object().expect("labels").len(),

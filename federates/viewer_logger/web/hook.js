@@ -1,6 +1,14 @@
 // The one hook for tests and tools: getters only, values are frozen copies.
 
+import { SHORT_LEADER } from "./labels.js";
+
 const copy = (value) => Object.freeze(JSON.parse(JSON.stringify(value ?? null)));
+
+/** A label as tests read it: its box in pixels of the map, the leader from the symbol to the box (null: too short to be drawn), whether a runway lies under it. */
+export function labelSaid([id, { x, y, w, h, level, ax, ay, runway, sx, sy }]) {
+  const leader = Math.hypot(ax - sx, ay - sy) < SHORT_LEADER ? null : [[sx, sy], [ax, ay]];
+  return { id, level, box: { x, y, w, h }, leader, on_runway: runway > 0 };
+}
 
 /** Puts `window.__viewer` there; `page` has the state and the parts. */
 export function expose({ state, map, line, curve, alerts, panes, insets, address, whatIf }) {
@@ -21,10 +29,10 @@ export function expose({ state, map, line, curve, alerts, panes, insets, address
     tracks: () => copy((state.scan?.tracks ?? []).map(drawn)),
     truth: () => copy((state.scan?.truth ?? []).map(drawn)),
     plots: () => copy((state.scan?.plots ?? []).map((p) => ({ ...drawn(p), shown: !map.sensorsOff.has(p.sensor) }))),
-    labels: () => copy([...map.labels].map(([id, { x, y, w, h, level, ax, ay, runway, sx, sy }]) => ({ id, x, y, w, h, level, ax, ay, sx, sy, runway }))),
+    labels: () => copy([...map.labels].map(labelSaid)),
     labelsHidden: () => map.hidden.length,
     state: () => address.text(),
-    longestTaskMs: () => map.longestMs,
+    longest_task_ms: () => map.longestMs,
     runs: () => copy(state.runs),
     shownRuns: () => copy(state.shownRuns),
     others: () => copy([...map.others].map(([run, scan]) => ({ run, timeS: scan.timeS, tracks: scan.tracks.length }))),

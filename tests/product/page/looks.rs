@@ -80,7 +80,7 @@ fn a_window_in_the_map_shows_its_own_place_and_stands_in_the_address() {
     // No label of the map lies under it.
     let under = w.browser.eval(
         "(() => { const b = document.querySelector('.inset').getBoundingClientRect(), m = document.getElementById('map').getBoundingClientRect(); \
-         return __viewer.labels.filter((l) => l.x < b.right - m.x && b.x - m.x < l.x + l.w && l.y < b.bottom - m.y && b.y - m.y < l.y + l.h).length; })()",
+         return __viewer.labels.map((l) => l.box).filter((l) => l.x < b.right - m.x && b.x - m.x < l.x + l.w && l.y < b.bottom - m.y && b.y - m.y < l.y + l.h).length; })()",
     );
     assert_eq!(under, 0);
     w.keep_screenshot("window");
