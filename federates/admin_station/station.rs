@@ -2,6 +2,7 @@
 
 use super::balance::Balance;
 use super::statistics::Statistics;
+use super::summary::RunDigests;
 use super::{
     AdminContext, Event, PhaseHook, StateHook, StationError, Succeeds, ask_voter, ears, who_has,
 };
@@ -18,7 +19,7 @@ use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
     Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, LogAsk, Numbered, Operation,
-    OperatorCommand, Report, Welcome,
+    OperatorCommand, Outcome, Report, Welcome,
 };
 use crate::runtime::process::{Usage, random_id};
 use crate::runtime::run_log::RunLog;
@@ -378,6 +379,8 @@ impl Station {
             }
             Effect::Closed(mut run) => {
                 run.reasons.extend(self.broken.iter().cloned());
+                let outcome = Outcome { run: run.run, facts: RunDigests::of(&run).facts() };
+                self.bus.publish("obs/outcome", Class::Must, encode(&outcome))?;
                 (self.closed)(&run);
                 if self.stopping.is_some() {
                     self.exit = Some(u8::from(run.failed));

@@ -129,6 +129,49 @@ pub struct TrackSummary {
     pub far_reports: u64,
 }
 
+/// Digests of a closed run, 16 hexadecimal digits each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunDigests {
+    /// Of truth, weather, plots and tracks.
+    pub digest: String,
+    /// Of plots and tracks alone.
+    pub track_digest: String,
+    /// Of what visitors had a part in; none where nothing came from outside.
+    pub foreign: Option<String>,
+}
+
+impl RunDigests {
+    /// From the reports of the members.
+    #[must_use]
+    pub fn of(run: &ClosedRun) -> Self {
+        let sum = |name_starts: &str, key: &str| -> u64 {
+            run.reports
+                .iter()
+                .filter(|r| r.name.starts_with(name_starts))
+                .flat_map(|r| &r.digests)
+                .filter(|(k, _)| k == key)
+                .fold(0, |sum, (_, d)| sum.wrapping_add(*d))
+        };
+        let (plots, tracks) = (sum("smdfm", "plots"), sum("smdfm", "tracks"));
+        let (truth, weather) = (sum("traffic-generator", "pdus"), sum("external-world", "pdus"));
+        let mut all = run.reports.iter().flat_map(|r| &r.digests);
+        let foreign = all.find(|(key, _)| key == "foreign").map(|(_, digest)| *digest);
+        Self {
+            digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
+            track_digest: format!("{:016x}", combine(&[plots, tracks])),
+            foreign: foreign.map(|digest| format!("{digest:016x}")),
+        }
+    }
+
+    /// As facts of a log.
+    #[must_use]
+    pub fn facts(&self) -> Vec<(String, String)> {
+        let own = [("digest", &self.digest), ("track_digest", &self.track_digest)];
+        let all = own.into_iter().chain(self.foreign.as_ref().map(|f| ("foreign", f)));
+        all.map(|(name, value)| (name.to_owned(), value.clone())).collect()
+    }
+}
+
 /// What the reports say of seats: "seat ground busiest_minute".
 fn seats_of(run: &ClosedRun) -> BTreeMap<String, BTreeMap<String, f64>> {
     let mut seats: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
@@ -168,28 +211,11 @@ impl RunSummary {
             let values = members.flat_map(|r| &r.values).filter(|(k, _)| k == key);
             values.map(|(_, v)| *v).sum::<f64>() as u64
         };
-        let digest = |name_starts: &str, key: &str| -> u64 {
-            run.reports
-                .iter()
-                .filter(|r| r.name.starts_with(name_starts))
-                .flat_map(|r| &r.digests)
-                .filter(|(k, _)| k == key)
-                .fold(0, |sum, (_, d)| sum.wrapping_add(*d))
-        };
         // Each SMDFM has all of it.
         let received = run.reports.iter().filter(|r| !is_front_end(&r.name));
         let received = received.flat_map(|r| &r.values).filter(|(k, _)| k == "pdus_received");
         let received = received.map(|(_, v)| *v).sum::<f64>() as u64;
-        let foreign = run
-            .reports
-            .iter()
-            .flat_map(|r| &r.digests)
-            .find(|(key, _)| key == "foreign")
-            .map(|(_, digest)| *digest);
-        let plots = digest("smdfm", "plots");
-        let tracks = digest("smdfm", "tracks");
-        let (truth, weather) =
-            (digest("traffic-generator", "pdus"), digest("external-world", "pdus"));
+        let RunDigests { digest, track_digest, foreign } = RunDigests::of(run);
         let sim_s = (run.frame as f64 * step_ns as f64) / 1e9;
         let wall_s = run.wall_ns as f64 * 1e-9;
         Self {
@@ -226,8 +252,8 @@ impl RunSummary {
                 gross_plots: sum("gross_plots") as u64,
                 far_reports: sum("far_reports") as u64,
             },
-            digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
-            track_digest: format!("{:016x}", combine(&[plots, tracks])),
+            digest,
+            track_digest,
             seats: seats_of(run),
             alerts: alerts_of(run),
             movements: one("movements_served").map(|served| MovementSummary {
@@ -240,10 +266,10 @@ impl RunSummary {
                 .map(|n| n as u64),
             faults: run.reasons.clone(),
             external: foreign.is_some(),
-            visitors: foreign.map(|_| sum("visitors") as u64),
+            visitors: foreign.as_ref().map(|_| sum("visitors") as u64),
             foreign_plots: one("foreign_plots").map(|n| n as u64),
-            touched: foreign.map(|_| sum("touched") as u64),
-            foreign: foreign.map(|digest| format!("{digest:016x}")),
+            touched: foreign.as_ref().map(|_| sum("touched") as u64),
+            foreign,
         }
     }
 

@@ -19,6 +19,7 @@
 //! | `obs/state` | may be lost, last value served | [`RunState`] |
 //! | `obs/fed/{name}` | may be lost | [`FederateStatus`] |
 //! | `obs/operation` | may be lost | [`Operation`], conductor: every command with its answer |
+//! | `obs/outcome` | must arrive | [`Outcome`], conductor: digests of a run that is closed |
 //! | `obs/foreign` | may be lost | [`ForeignReport`]s: tracks of somebody else's tracker |
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
@@ -55,7 +56,8 @@ pub use notices::{
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 pub use seat::{HANDOVER_SEAT, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};
 pub use state::{
-    Answer, Command, FederateStatus, Health, MemberState, Operation, OperatorCommand, RunState,
+    Answer, Command, FederateStatus, Health, MemberState, Operation, OperatorCommand, Outcome,
+    RunState,
 };
 
 /// Number of a frame; frame 0 is the initial state, frame k ends at k · step.

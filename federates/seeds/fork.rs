@@ -1,14 +1,15 @@
 //! `seeds fork`: what if, from here. A recorded run again up to a time, bit by bit, and then with something changed.
 
+mod chain;
+
 use super::open::RUNS;
 use super::replay;
-use crate::exchange::flights::flight_notice;
+use super::rerun::{Rerun, Stage};
+use crate::gateway::public::iso8601;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
-use crate::runtime::codec::decode;
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
-use crate::runtime::messages::{Notice, RunConfig, ScanReport};
-use crate::smdfm::Smdfm;
+use crate::runtime::clock::utc_ns;
+use crate::runtime::messages::Frame;
 use crate::smdfm::change::{Amend, Anew};
 use crate::viewer_logger::archive::Archive;
 use crate::viewer_logger::log::Log;
@@ -16,6 +17,7 @@ use crate::viewer_logger::picture::{AirportMap, RunInfo};
 use crate::viewer_logger::source::Event;
 use crate::viewer_logger::{kept_scene, opened};
 use anyhow::{Context, bail, ensure};
+use chain::{Chain, Fragment, Told};
 use clap::Args;
 use scenarios::{Scene, change};
 use std::fmt::Write as _;
@@ -26,13 +28,13 @@ use std::sync::Arc;
 /// What if, from here: a recorded run again with something changed from a time on
 #[derive(Args, Clone, Debug)]
 pub struct ForkArgs {
-    /// The run: a folder of runs/ or its name there, its database, or `last`
+    /// The run, a fork too: a folder of runs/ or its name there, its database, or `last`. A fork.toml alone is made again
     #[arg(value_name = "RUN")]
     run: String,
 
     /// Simulated time from which on the changes hold, s [default: the start]
-    #[arg(long, value_name = "T", default_value_t = 0.0)]
-    at: f64,
+    #[arg(long, value_name = "T")]
+    at: Option<f64>,
 
     /// A change: a key of the scene (tracking.filter, sensor[NAME].range_max_m, …), sensor[NAME].enabled=false, weather.rain_factor, weather.visibility_m, run.sensor_seed
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = change_of)]
@@ -69,111 +71,222 @@ fn name_of(text: &str) -> Result<String, String> {
 #[must_use]
 pub fn run(args: &ForkArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
-    let found = match opened::databases(&args.run, Path::new(RUNS)) {
-        Ok(found) => found,
-        Err(error) => return fail(BAD_INPUT, error),
-    };
-    let Some(database) = found.first() else { return fail(BAD_INPUT, "no run was named") };
-    match prepare(database, args) {
+    let prepared = wanted(args).and_then(|(parent, wanted)| {
+        let fork = prepare(&parent, &wanted)?;
+        let named = if wanted.again { parent.display().to_string() } else { args.run.clone() };
+        Ok((fork, named))
+    });
+    match prepared {
         Err(error) => fail(BAD_INPUT, format!("{error:#}")),
-        Ok(fork) => match fork.make() {
+        Ok((fork, parent)) => match fork.make() {
             Ok(folder) => {
-                out!("seeds open {} {}", args.run, folder.display());
+                out!("seeds open {parent} {}", folder.display());
                 ExitCode::SUCCESS
             }
             Err(error) => {
-                std::fs::remove_dir_all(&fork.folder).ok(); // half a fork is none; the parent is untouched
+                forget(&fork.folder, fork.own); // half a fork is not one; the parent is untouched
                 fail(FAILED, format!("{error:#}"))
             }
         },
     }
 }
 
-/// A fork that can be made: everything that a person may have said wrongly has been checked.
-struct Fork {
-    parent: Archive,
-    parent_id: String,
-    recording: PathBuf,
-    folder: PathBuf,
+/// What is asked for: from which time or frame on what changes.
+struct Wanted {
+    at: At,
+    until: At,
     name: String,
-    before: Arc<Scene>,
-    after: Arc<Scene>,
-    anew: Anew,
-    amend: Amend,
-    changes: Vec<(String, String, Option<String>)>,
-    at_s: f64,
-    until_s: Option<f64>,
+    fragments: Vec<Fragment>,
+    /// By a file that said it before, and where that lies.
+    again: bool,
+    file: Option<PathBuf>,
 }
 
-fn prepare(database: &Path, args: &ForkArgs) -> anyhow::Result<Fork> {
-    let parent = Archive::open(database)?;
-    let recording = database.with_extension("pcapng");
-    ensure!(
-        recording.is_file(),
-        "{}: there is no recording beside this database, and a fork is made of one",
-        database.display()
-    );
-    let end_s = parent.sums_end_s().unwrap_or(0.0);
-    ensure!(
-        (0.0..=end_s).contains(&args.at),
-        "--at {}: the run lasts from 0 to {end_s} s",
-        args.at
-    );
-    let name = args.name.clone().unwrap_or_else(|| default_name(&args.changes));
-    let forks = database.parent().unwrap_or(Path::new(".")).join("forks");
-    let folder = free(&forks, &name);
-    let (text, path) = kept_scene::write(&parent, &folder)?;
-    let result = read_scenes(&parent, args, &text, &path);
-    let (before, after, amend, anew, changes) = match result {
-        Ok(read) => read,
-        Err(error) => {
-            std::fs::remove_dir_all(&folder).ok();
-            return Err(error);
-        }
+/// A time as a person or a file says it.
+#[derive(Clone, Copy)]
+enum At {
+    Seconds(f64),
+    Frame(Frame),
+    /// The end of the parent.
+    End,
+}
+
+/// The database of the parent, and what shall become of it.
+fn wanted(args: &ForkArgs) -> anyhow::Result<(PathBuf, Wanted)> {
+    let file = Path::new(&args.run);
+    let again = file.extension().is_some_and(|e| e == "toml") && file.is_file();
+    let until = args.until.map(At::Seconds);
+    if again && args.at.is_none() && args.changes.is_empty() {
+        let told = Told::read(file)?;
+        let wanted = Wanted {
+            at: At::Frame(told.at),
+            until: until.or(told.until.map(At::Frame)).unwrap_or(At::End),
+            name: args.name.clone().unwrap_or_else(|| told.name.clone()),
+            fragments: told.fragments.clone(),
+            again: true,
+            file: args.name.is_none().then(|| file.to_owned()),
+        };
+        return Ok((chain::parent_of(file, &told)?, wanted));
+    }
+    let found = opened::databases(&args.run, Path::new(RUNS))?;
+    let database = found.into_iter().next().context("no run was named")?;
+    let wanted = Wanted {
+        at: At::Seconds(args.at.unwrap_or(0.0)),
+        until: until.unwrap_or(At::End),
+        name: args.name.clone().unwrap_or_else(|| default_name(&args.changes)),
+        fragments: vec![Fragment { at: None, changes: args.changes.clone() }],
+        again: false,
+        file: None,
     };
+    Ok((database, wanted))
+}
+
+/// A fork that can be made: everything that a person may have said wrongly has been checked.
+struct Fork {
+    /// The run that was recorded: the parent, or that of which it was forked.
+    root: Archive,
+    parent_id: String,
+    parent_digest: String,
+    recording: PathBuf,
+    folder: PathBuf,
+    /// The folder was made for this fork, and goes with it where it fails.
+    own: bool,
+    name: String,
+    plan: Plan,
+}
+
+/// From which frame on which scene.
+struct Plan {
+    before: Arc<Scene>,
+    stages: Vec<Stage>,
+    /// All that changed since the recording, the last value of each key.
+    all: Vec<Change>,
+    /// What this fork changes, by frame: key, value, what it was.
+    changes: Vec<(Frame, String, String, Option<String>)>,
+    /// Forks for the time line: frame, parent, what changed.
+    forks: Vec<(Frame, String, Vec<Change>)>,
+    at: Frame,
+    until: Option<Frame>,
+}
+
+/// A key of the scene and its value.
+type Change = (String, String);
+
+fn prepare(database: &Path, wanted: &Wanted) -> anyhow::Result<Fork> {
+    let chain = Chain::of(database)?;
+    let parent = Archive::open(database)?;
+    let root = Archive::open(&chain.database)?;
+    let recording = chain.recording.clone();
+    let forks = database.parent().unwrap_or(Path::new(".")).join("forks");
+    let beside = wanted.file.as_deref().and_then(Path::parent);
+    // A file that lies where its fork belongs, without one, gets it.
+    let beside = beside.filter(|f| f.parent().is_some_and(|p| p.ends_with("forks")));
+    let beside = beside.filter(|f| !f.join("run.sqlite").exists());
+    let folder = beside.map_or_else(|| free(&forks, &wanted.name), Path::to_owned);
+    let own = !folder.exists();
+    let planned = kept_scene::write(&root, &folder)
+        .and_then(|(text, path)| plan(&root, &parent, chain, wanted, &text, &path));
+    let plan = planned.inspect_err(|_| forget(&folder, own))?;
     Ok(Fork {
         parent_id: opened::id_of(database),
-        parent,
+        parent_digest: parent.fact("digest").unwrap_or_default(),
         recording,
-        name: folder.file_name().map_or(name, |n| n.to_string_lossy().into_owned()),
+        root,
+        name: folder.file_name().map_or(wanted.name.clone(), |n| n.to_string_lossy().into_owned()),
         folder,
-        before,
-        after,
-        anew,
-        amend,
-        changes,
-        at_s: args.at,
-        until_s: args.until,
+        own,
+        plan,
     })
 }
 
-type Read = (Arc<Scene>, Arc<Scene>, Amend, Anew, Vec<(String, String, Option<String>)>);
+/// Takes away what was written of a fork.
+fn forget(folder: &Path, own: bool) {
+    if own {
+        std::fs::remove_dir_all(folder).ok();
+        return;
+    }
+    std::fs::remove_dir_all(folder.join("scene")).ok();
+    for ending in ["", "-wal", "-shm"] {
+        std::fs::remove_file(folder.join(format!("run.sqlite{ending}"))).ok();
+    }
+}
 
-fn read_scenes(parent: &Archive, args: &ForkArgs, text: &str, path: &Path) -> anyhow::Result<Read> {
+/// From which frame on which scene, if all of it can be so.
+fn plan(
+    root: &Archive,
+    parent: &Archive,
+    chain: Chain,
+    wanted: &Wanted,
+    text: &str,
+    path: &Path,
+) -> anyhow::Result<Plan> {
     let before = change::load_changed(path, text, &[])?;
-    let digest = parent.fact("scene_digest").unwrap_or_default();
+    let digest = root.fact("scene_digest").unwrap_or_default();
     let found = format!("{:016x}", before.hash);
     ensure!(
         digest == found,
         "the scene in the log has digest {found}, the run was made with {digest}: it cannot be forked"
     );
-    let (amend, of_scene) = amend_of(&args.changes, &before)?;
-    let changed: Vec<_> = of_scene.iter().map(|(k, v)| (k.clone(), v.clone())).collect();
-    let after = change::load_changed(path, text, &changed)?;
-    let sensor = |key: &str| {
-        let inside = key.strip_prefix("sensor[")?;
-        Some(inside.split_once(']')?.0.to_owned())
+    let (step_s, period) = (before.run.frame.s(), u64::from(before.run.frames_per_scan));
+    let frame_at = |s: f64| (s / step_s).round() as u64;
+    let scan_from = |frame: Frame| frame.div_ceil(period) * period;
+    let end_s = parent.sums_end_s().unwrap_or(0.0);
+    let at_s = match wanted.at {
+        At::Seconds(s) => s,
+        At::Frame(frame) => frame as f64 * step_s,
+        At::End => end_s,
     };
-    let shared = changed.iter().any(|(k, _)| sensor(k).is_none() && !k.starts_with("tracking."));
-    let anew = if shared {
-        Anew::All
-    } else {
-        Anew::Named(changed.iter().filter_map(|(k, _)| sensor(k)).collect())
+    ensure!((0.0..=end_s).contains(&at_s), "--at {at_s}: the run lasts from 0 to {end_s} s");
+    let at = scan_from(frame_at(at_s));
+    let until = match wanted.until {
+        At::Seconds(s) => Some(frame_at(s)),
+        At::Frame(frame) => Some(frame),
+        At::End => chain.until,
     };
-    let was = |key: &str| change::value_at(text, key);
-    let changes =
-        args.changes.iter().map(|(k, v)| (k.clone(), v.clone(), was(k))).collect::<Vec<_>>();
-    Ok((Arc::new(before), Arc::new(after), amend, anew, changes))
+    let parent_id = opened::id_of(parent.path());
+    let whole = |(from, parent, changes)| (scan_from(from), parent, changes);
+    let mut forks: Vec<_> = chain.forks.into_iter().map(whole).collect();
+    let known = forks.len();
+    for fragment in &wanted.fragments {
+        let from = fragment.at.map_or(at, scan_from);
+        ensure!(from >= at, "at_frame {from} of a change is before that of the fork, {at}");
+        forks.push((from, parent_id.clone(), fragment.changes.clone()));
+    }
+    let mut order: Vec<(Frame, bool, &[Change])> =
+        forks.iter().enumerate().map(|(n, f)| (f.0, n >= known, &f.2[..])).collect();
+    order.sort_by_key(|(from, _, _)| *from);
+    let (mut all, mut changes, mut stages) =
+        (Vec::<Change>::new(), Vec::new(), Vec::<Stage>::new());
+    // What changes in one frame is one change.
+    for group in order.chunk_by(|a, b| a.0 == b.0) {
+        let (from, mut keys) = (group[0].0, Vec::new());
+        for (_, own, list) in group {
+            for (key, value) in *list {
+                let known = all.iter_mut().find(|c| c.0 == *key);
+                let was = known.as_ref().map(|c| c.1.clone());
+                match known {
+                    Some(known) => known.1.clone_from(value),
+                    None => all.push((key.clone(), value.clone())),
+                }
+                if *own {
+                    let was = was.or_else(|| value_before(text, key));
+                    changes.push((from, key.clone(), value.clone(), was));
+                }
+                keys.push(&key[..]);
+            }
+        }
+        if keys.is_empty() {
+            continue;
+        }
+        let (amend, of_scene) = amend_of(&all, &before)?;
+        let after = Arc::new(change::load_changed(path, text, &of_scene)?);
+        let since = stages.last().map_or(0, |last| last.at);
+        let warm_from = scan_from(frame_at((from as f64 * step_s - WARM_S).max(0.0))).max(since);
+        let other_tracker = keys.iter().any(|key| key.starts_with("tracking."));
+        let warm_from = other_tracker.then_some(warm_from);
+        stages.push(Stage { at: from, warm_from, anew: anew_of(&keys), after, amend });
+    }
+    Ok(Plan { before: Arc::new(before), stages, all, changes, forks, at, until })
 }
 
 /// The changes that are not values of the scene, and the rest.
@@ -183,7 +296,8 @@ fn amend_of(
 ) -> anyhow::Result<(Amend, Vec<(String, String)>)> {
     let (mut amend, mut rest) = (Amend::default(), Vec::new());
     let number = |key: &str, value: &str, low: f64, high: f64| -> anyhow::Result<f64> {
-        let found: f64 = value.parse().with_context(|| format!("{key}: '{value}' is no number"))?;
+        let found: f64 =
+            value.parse().with_context(|| format!("{key}: '{value}' is not a number"))?;
         ensure!((low..=high).contains(&found), "{key}: {found} is outside {low} to {high}");
         Ok(found)
     };
@@ -244,108 +358,133 @@ fn free(forks: &Path, name: &str) -> PathBuf {
 
 impl Fork {
     fn make(&self) -> anyhow::Result<PathBuf> {
-        let exercise: u8 = self.parent.fact("exercise").and_then(|e| e.parse().ok()).unwrap_or(1);
-        let recorded = replay::read(&self.recording, &self.before, exercise)?;
-        let mut smdfm = Smdfm::new(Arc::clone(&self.before), exercise).explaining(true);
-        let period = smdfm.period();
-        let step_s = self.before.run.frame.s();
-        let frame_at = |s: f64| (s / step_s).round() as u64;
+        let fact = |name: &str| self.root.fact(name);
+        let exercise: u8 = fact("exercise").and_then(|e| e.parse().ok()).unwrap_or(1);
+        let recorded = replay::read(&self.recording, &self.plan.before, exercise)?;
+        let period = u64::from(self.plan.before.run.frames_per_scan);
         let mut last = recorded.end.unwrap_or(recorded.last.next_multiple_of(period));
-        if let Some(until_s) = self.until_s {
-            last = last.min(frame_at(until_s));
-        }
-        let at = frame_at(self.at_s).div_ceil(period) * period;
-        let warm_at = frame_at((self.at_s - WARM_S).max(0.0)).div_ceil(period) * period;
-        let other_tracker = self.changes.iter().any(|c| c.0.starts_with("tracking."));
-        let seed = self.parent.fact("seed").and_then(|s| s.parse().ok()).or(recorded.seed);
-        let seed = seed.unwrap_or(self.before.run.seed);
-        let config =
-            RunConfig { run: 1, seed, generators: 1, last_frame: last, ..RunConfig::default() };
-        smdfm.configure(&config, &mut FrameOut::default()).map_err(anyhow::Error::msg)?;
-        let mut info = RunInfo::of(&self.after, self.amend.seed.unwrap_or(seed));
+        last = last.min(self.plan.until.unwrap_or(last));
+        let seed = fact("seed").and_then(|s| s.parse().ok()).or(recorded.seed);
+        let seed = seed.unwrap_or(self.plan.before.run.seed);
+        let end = self.plan.stages.last();
+        let after = end.map_or(&self.plan.before, |stage| &stage.after);
+        let mut info = RunInfo::of(after, end.and_then(|s| s.amend.seed).unwrap_or(seed));
         info.fork = Some(self.parent_id.clone());
         info.title = format!("{} – {}", self.name, info.title);
-        info.scene_digest = self.parent.fact("scene_digest").unwrap_or_default();
-        let mut log =
-            Log::create(&self.folder.join("run.sqlite"), &info, &AirportMap::of(&self.after))?;
-        self.keep_about(&mut log, at as f64 * step_s)?;
-        let flights = self.before.flight_list.entries.iter().map(flight_notice).collect();
-        let mut notices = vec![(0, Notice::Flights(flights))];
-        for scan in 1..=last / period {
-            let frame = scan * period;
-            if other_tracker && frame == warm_at + period {
-                smdfm.warm_up(&self.after);
-            }
-            if frame == at + period && !self.changes.is_empty() {
-                let amend = self.amend.clone();
-                smdfm.change(&self.after, &self.anew, amend).map_err(anyhow::Error::msg)?;
-            }
-            let inputs = FrameInputs {
-                notices: std::mem::take(&mut notices),
-                pdus: recorded.pdus(frame - period + u64::from(scan > 1)..=frame),
-                ..FrameInputs::default()
-            };
-            let mut made = FrameOut::default();
-            smdfm.step(frame, &inputs, &mut made);
-            for publication in &made.publish {
-                if publication.key == "tracks/1/scan" {
-                    let report: ScanReport = decode(&publication.body)?;
-                    log.scan(&report)?;
-                }
-            }
+        info.scene_digest = fact("scene_digest").unwrap_or_default();
+        let mut log = Log::create(&self.folder.join("run.sqlite"), &info, &AirportMap::of(after))?;
+        self.keep_about(&mut log)?;
+        let rerun = Rerun { recorded: &recorded, scene: &self.plan.before, exercise, seed, last };
+        let digests = rerun.into_log(&self.plan.stages, &mut log, |_, _| {})?;
+        for (name, value) in digests.facts() {
+            log.fact(&name, &value)?;
         }
         log.close()?;
-        std::fs::write(self.folder.join("fork.toml"), self.told(at, last))?;
+        std::fs::write(self.folder.join("fork.toml"), self.told(last))?;
         Ok(self.folder.clone())
     }
 
     /// What the log says beside scans: weather, flights, the fork itself.
-    fn keep_about(&self, log: &mut Log, at_s: f64) -> anyhow::Result<()> {
-        for mut weather in self.parent.weather()? {
-            if weather.from_ns as f64 * 1e-9 >= at_s {
-                weather.rain_mm_per_h *= self.amend.rain_factor;
-                weather.visibility_m = self.amend.visibility_m.unwrap_or(weather.visibility_m);
+    fn keep_about(&self, log: &mut Log) -> anyhow::Result<()> {
+        let ns_of = |frame: Frame| frame as i64 * self.plan.before.run.frame.0;
+        for mut weather in self.root.weather()? {
+            let changed = self.plan.stages.iter().rev().find(|s| weather.from_ns >= ns_of(s.at));
+            if let Some(Stage { amend, .. }) = changed {
+                weather.rain_mm_per_h *= amend.rain_factor;
+                weather.visibility_m = amend.visibility_m.unwrap_or(weather.visibility_m);
             }
             log.weather(&weather)?;
         }
-        log.flights(&self.parent.flights()?)?;
-        let changes: Vec<String> =
-            self.changes.iter().map(|c| format!("{} = {}", c.0, c.1)).collect();
-        let text = if changes.is_empty() { "nothing changed".into() } else { changes.join(", ") };
-        log.event(&Event {
-            time_ns: (at_s * 1e9) as i64,
-            kind: "fork".into(),
-            subject: self.parent_id.clone(),
-            text: format!("from {} on: {text}", self.parent_id),
-        })?;
-        for (name, octets) in self.parent.files()? {
+        log.flights(&self.root.flights()?)?;
+        for (at, parent, changes) in &self.plan.forks {
+            let changes: Vec<String> =
+                changes.iter().map(|c| format!("{} = {}", c.0, c.1)).collect();
+            let text =
+                if changes.is_empty() { "nothing changed".into() } else { changes.join(", ") };
+            log.event(&Event {
+                time_ns: ns_of(*at),
+                kind: "fork".into(),
+                subject: parent.clone(),
+                text: format!("from {parent} on: {text}"),
+            })?;
+        }
+        for (name, octets) in self.root.files()? {
             log.file(&name, &octets)?;
         }
-        log.fact("scene_file", &self.parent.fact("scene_file").unwrap_or_default())?;
-        let changes: Vec<_> = self.changes.iter().map(|c| (&c.0, &c.1)).collect();
-        log.fact(kept_scene::CHANGES, &serde_json::to_string(&changes)?)?;
+        log.fact("scene_file", &self.root.fact("scene_file").unwrap_or_default())?;
+        log.fact(kept_scene::CHANGES, &serde_json::to_string(&self.plan.all)?)?;
         Ok(())
     }
 
-    fn told(&self, at: u64, until: u64) -> String {
+    fn told(&self, until: Frame) -> String {
         let text = |s: &str| serde_json::Value::from(s).to_string(); // a JSON text is a TOML text
         let mut out = format!(
-            "[fork]\nversion = 1\nparent = {}\nparent_digest = {}\nscene_digest = {}\nat_frame = {at}\nuntil_frame = {until}\nname = {}\nwarm = true\nversion_of_seeds = {}\n",
+            "[fork]\nversion = 1\nparent = {}\nparent_digest = {}\nscene_digest = {}\nat_frame = {}\nuntil_frame = {until}\nname = {}\nwarm = true\nmade = {}\nversion_of_seeds = {}\n",
             text(&self.parent_id),
-            text(&self.parent.fact("digest").unwrap_or_default()),
-            text(&format!("{:016x}", self.before.hash)),
+            text(&self.parent_digest),
+            text(&format!("{:016x}", self.plan.before.hash)),
+            self.plan.at,
             text(&self.name),
+            iso8601(utc_ns()),
             text(env!("CARGO_PKG_VERSION")),
         );
-        for (key, value, was) in &self.changes {
-            let _ = write!(out, "\n[[change]]\nkey = {}\nvalue = {}\n", text(key), text(value));
+        for (from, key, value, was) in &self.plan.changes {
+            let _ = write!(out, "\n[[change]]\nkey = {}\nvalue = {}\n", text(key), plain(value));
             if let Some(was) = was {
-                let _ = writeln!(out, "was = {}", text(was));
+                let _ = writeln!(out, "was = {}", plain(was));
+            }
+            if *from != self.plan.at {
+                let _ = writeln!(out, "at_frame = {from}");
             }
         }
         out
     }
 }
+
+/// Which sensors are made again where these keys change.
+fn anew_of(keys: &[&str]) -> Anew {
+    let sensor = |key: &str| {
+        let inside = key.strip_prefix("sensor[")?;
+        Some(inside.split_once(']')?.0.to_owned())
+    };
+    let of_scene = keys.iter().filter(|key| !AMENDED.contains(key) && !is_switch(key));
+    let of_scene: Vec<&&str> = of_scene.collect();
+    let shared = |k: &&&str| sensor(k).is_none() && !k.starts_with("tracking.");
+    if of_scene.iter().any(shared) {
+        Anew::All
+    } else {
+        Anew::Named(of_scene.iter().filter_map(|k| sensor(k)).collect())
+    }
+}
+
+/// What a key was before anything changed it, as TOML; none where the scene leaves it to the default.
+fn value_before(text: &str, key: &str) -> Option<String> {
+    match key {
+        key if is_switch(key) => Some("true".to_owned()),
+        "weather.rain_factor" => Some("1.0".to_owned()),
+        "weather.visibility_m" | "run.sensor_seed" => None,
+        key => change::value_at(text, key),
+    }
+}
+
+/// A value as TOML: truth values and numbers as they are, all else a text.
+fn plain(value: &str) -> String {
+    let parsed = format!("v = {value}").parse::<toml::Table>().ok().and_then(|mut t| t.remove("v"));
+    match parsed {
+        Some(toml::Value::Boolean(_) | toml::Value::Integer(_) | toml::Value::Float(_)) => {
+            value.to_owned()
+        }
+        _ => serde_json::Value::from(value).to_string(),
+    }
+}
+
+/// `sensor[NAME].enabled`.
+fn is_switch(key: &str) -> bool {
+    key.starts_with("sensor[") && key.ends_with("].enabled")
+}
+
+/// Keys that are not values of the scene.
+const AMENDED: [&str; 3] = ["weather.rain_factor", "weather.visibility_m", "run.sensor_seed"];
 
 /// How long another tracker runs along before it takes over, s.
 const WARM_S: f64 = 60.0;

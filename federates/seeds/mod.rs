@@ -26,6 +26,7 @@ pub mod reference;
 pub mod replay;
 pub mod report;
 mod report_areas;
+mod rerun;
 pub mod router;
 pub mod run;
 pub mod run_args;

@@ -140,64 +140,33 @@ pub fn with_smdfm(
     let mut out = FrameOut::default();
     smdfm.configure(&config, &mut out).map_err(|e| anyhow::anyhow!(e))?;
 
-    let (mut truth, mut weather, mut received) = (Digest::default(), Digest::default(), 0);
     let flights = scene.flight_list.entries.iter().map(flight_notice).collect();
     let mut notices = vec![(0, Notice::Flights(flights))];
     let mut next = 0;
     for scan in 1..=last_frame / period {
         let frame = scan * period;
-        let mut inputs =
-            FrameInputs { notices: std::mem::take(&mut notices), ..FrameInputs::default() };
-        for (of, pdus) in recorded.frames.range(next..=frame) {
-            let mut pdus = pdus.clone();
-            pdus.sort();
-            for octets in pdus {
-                match maker(&octets) {
-                    Maker::World => weather.add(*of, &octets),
-                    Maker::Traffic => truth.add(*of, &octets),
-                    Maker::Visitors => {}
-                }
-                received += 1;
-                inputs.pdus.push((*of, octets));
-            }
-        }
+        let inputs = FrameInputs {
+            notices: std::mem::take(&mut notices),
+            pdus: recorded.pdus(next..=frame),
+            ..FrameInputs::default()
+        };
         next = frame + 1;
         smdfm.step(frame, &inputs, &mut FrameOut::default());
         progress(frame, last_frame);
     }
-    // PDUs after the last whole scan belong to the run, though no scan needs them.
-    for (of, pdus) in recorded.frames.range(next..=last_frame.max(next)) {
-        for octets in pdus {
-            match maker(octets) {
-                Maker::World => weather.add(*of, octets),
-                Maker::Traffic => truth.add(*of, octets),
-                Maker::Visitors => {}
-            }
-            received += 1;
-        }
-    }
     let mut report =
         FinalReport { run: 1, name: "smdfm".into(), frame: last_frame, ..Default::default() };
+    let received: usize = recorded.frames.range(..=last_frame).map(|(_, pdus)| pdus.len()).sum();
     report.values.push(("pdus_received".into(), received as f64));
     smdfm.finish(&mut report);
-    let producer = |name: &str, digest: Digest, values: Vec<(String, f64)>| FinalReport {
-        run: 1,
-        name: name.into(),
-        frame: last_frame,
-        digests: vec![("pdus".into(), digest.0)],
-        values,
-    };
-    let entities = scene.traffic.entities.len() as f64;
+    let [world, mut traffic] = recorded.producers(last_frame);
+    traffic.values.push(("entities".into(), scene.traffic.entities.len() as f64));
     let run = ClosedRun {
         run: 1,
         seed,
         frame: last_frame,
         wall_ns: crate::runtime::clock::monotonic_ns() - started,
-        reports: vec![
-            producer("external-world", weather, Vec::new()),
-            report,
-            producer("traffic-generator", truth, vec![("entities".into(), entities)]),
-        ],
+        reports: vec![world, report, traffic],
         failed: false,
         reasons: Vec::new(),
     };
@@ -257,6 +226,25 @@ pub(super) fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<R
 }
 
 impl Recorded {
+    /// What those who made the PDUs up to a frame (those after the last whole scan, too) would report: external world, traffic.
+    pub(super) fn producers(&self, last: Frame) -> [FinalReport; 2] {
+        let (mut truth, mut weather) = (Digest::default(), Digest::default());
+        for (of, pdus) in self.frames.range(..=last) {
+            for octets in pdus {
+                match maker(octets) {
+                    Maker::World => weather.add(*of, octets),
+                    Maker::Traffic => truth.add(*of, octets),
+                    Maker::Visitors => {}
+                }
+            }
+        }
+        [("external-world", weather), ("traffic-generator", truth)].map(|(name, digest)| {
+            let digests = vec![("pdus".into(), digest.0)];
+            let name = name.into();
+            FinalReport { run: 1, name, frame: last, digests, ..FinalReport::default() }
+        })
+    }
+
     /// The PDUs of some frames, as a step takes them.
     pub(super) fn pdus(&self, frames: std::ops::RangeInclusive<Frame>) -> Vec<(Frame, Octets)> {
         let sorted = |(of, pdus): (&Frame, &Vec<Octets>)| {

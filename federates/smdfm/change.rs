@@ -4,6 +4,7 @@ use super::{Smdfm, setup};
 use models::environment::Weather;
 use models::fusion::Tracker;
 use scenarios::Scene;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What changes beside the values of the scene.
@@ -63,10 +64,14 @@ impl Smdfm {
     /// # Errors
     /// If a sensor of the scene cannot be made.
     pub fn change(&mut self, scene: &Arc<Scene>, anew: &Anew, amend: Amend) -> Result<(), String> {
-        let mut old: Vec<_> = std::mem::take(&mut self.sensors).into_iter().map(Some).collect();
+        // Those that an earlier change switched off are not among them.
+        let there = |name: &&String| !self.amend.off.contains(*name);
+        let names = self.scene.sensors.iter().map(|s| &s.name).filter(there);
+        let old = std::mem::take(&mut self.sensors);
+        let mut old: BTreeMap<&String, _> = names.zip(old).collect();
         let mut sensors = Vec::new();
-        for (at, made) in setup::make_sensors(scene)?.into_iter().enumerate() {
-            let name = &scene.sensors[at].name;
+        for (of, made) in scene.sensors.iter().zip(setup::make_sensors(scene)?) {
+            let name = &of.name;
             if amend.off.contains(name) {
                 continue;
             }
@@ -74,7 +79,7 @@ impl Smdfm {
                 Anew::All => true,
                 Anew::Named(names) => names.contains(name),
             };
-            let kept = old.get_mut(at).and_then(Option::take).filter(|_| !is_new);
+            let kept = old.remove(name).filter(|_| !is_new);
             sensors.push(kept.unwrap_or(made));
         }
         self.sensors = sensors;

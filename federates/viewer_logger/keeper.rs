@@ -15,8 +15,8 @@ use super::tolerances::Tolerances;
 use crate::exchange::flights::flight_list;
 use crate::runtime::clock::utc_ns;
 use crate::runtime::messages::{
-    AlertMessage, FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport,
-    SeatMessage, WeatherNotice,
+    AlertMessage, FederateStatus, FlightNotice, ForeignReport, Operation, Outcome, RunState,
+    ScanReport, SeatMessage, WeatherNotice,
 };
 use capture::Recorder;
 use models::flight_list::FlightList;
@@ -43,6 +43,8 @@ pub enum Heard {
     Foreign(Vec<ForeignReport>),
     /// An operator's action.
     Operation(Operation),
+    /// What a run came to that is over.
+    Outcome(Outcome),
     /// What changed of the control alerts in a scan.
     Alerts(Vec<AlertMessage>),
     /// What controllers on tracks did.
@@ -210,6 +212,11 @@ impl Keeper {
                 self.shown(|viewer| viewer.on_flights(&entries));
             }
             Heard::Foreign(reports) => self.logged(|log| log.foreign(&reports)),
+            Heard::Outcome(outcome) => {
+                if self.state.as_ref().is_none_or(|s| s.run == outcome.run) {
+                    outcome.facts.iter().for_each(|(name, value)| self.fact(name, value));
+                }
+            }
             Heard::Alerts(alerts) => {
                 let run = self.state.as_ref().map_or(0, |s| s.run);
                 let mut now: Vec<_> = alerts.into_iter().filter(|a| a.run >= run).collect();

@@ -177,6 +177,7 @@ fn operate_run(bus: &dyn Bus, endpoint: &str, order: Command) -> (bool, String) 
 fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     hear_parts(bus, "tracks/1/scan", inbox.taking(|scan: ScanReport| Heard::Scan(Box::new(scan))))?;
     hear(bus, "obs/state", inbox.taking(Heard::State))?;
+    hear(bus, "obs/outcome", inbox.taking(Heard::Outcome))?;
     hear(bus, "obs/fed/*", inbox.taking(Heard::Federate))?;
     hear(bus, "obs/weather", inbox.taking(Heard::Weather))?;
     hear(bus, "obs/flights", inbox.taking(Heard::Flights))?;

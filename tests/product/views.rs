@@ -42,7 +42,16 @@ impl Folder {
         let said = String::from_utf8_lossy(&ended.stderr).into_owned();
         let last = said.lines().last().expect("a line");
         let folder = last.strip_prefix("seeds open ").unwrap_or_else(|| panic!("{said}"));
-        self.0.join(folder)
+        let folder = self.0.join(folder);
+        // The log says the digests of the last line.
+        let line = String::from_utf8_lossy(&ended.stdout).into_owned();
+        let line: Value = serde_json::from_str(line.lines().last().expect("a line")).expect("JSON");
+        let log = open(&folder);
+        for name in ["digest", "track_digest"] {
+            assert_eq!(log.fact(name).as_deref(), line[name].as_str(), "{name}");
+        }
+        assert_eq!(log.fact("foreign"), None, "nothing came from outside");
+        folder
     }
 
     fn fork(&self, run: &Path, more: &[&str]) -> Archive {
@@ -97,6 +106,7 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
         }
         assert!(fork.events().iter().any(|e| e.kind == "fork" && e.time_ns == 40_000_000_000));
     }
+    forks_of_forks_and_again(&folder, &run, &parent);
     fork_from_the_page(&run);
     let refused = Command::new(env!("CARGO_BIN_EXE_seeds"))
         .args(["fork", run.to_str().expect("a name"), "--at", "4000"])
@@ -104,6 +114,66 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
         .expect("seeds starts");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("lasts from 0 to 90"));
+}
+
+/// A fork is forked, and made again by its file: the same octets. A file of another run is refused.
+fn forks_of_forks_and_again(folder: &Folder, run: &Path, parent: &Archive) {
+    let whole = folder.fork(run, &["--at", "30"]);
+    assert_eq!(whole.fact("digest"), parent.fact("digest"), "nothing changed");
+    let set = |change| ["--set", change];
+    let (filter, off) = (set("tracking.filter=ca3"), set("sensor[ASDE tower].enabled=false"));
+    let first = folder.fork(run, &[&["--at", "40"][..], &filter, &["--name", "first"]].concat());
+    let home = first.path().parent().expect("a folder").to_owned();
+    let other = folder.fork(&home, &[&["--at", "60"][..], &off].concat());
+    assert!(other.path().starts_with(&home));
+    let differ = different(&first, &other);
+    assert!(differ.first().is_some_and(|n| *n > 60 && *n < 70), "{differ:?}");
+    // Back on: the sensor is there again, beside the tracker of the first fork.
+    let home_of_other = other.path().parent().expect("a folder").to_owned();
+    let on = set("sensor[ASDE tower].enabled=true");
+    let back = folder.fork(&home_of_other, &[&["--at", "70"][..], &on].concat());
+    let plots = |archive: &Archive| {
+        let report = archive.report(85).expect("read").expect("a scan");
+        report.plots.iter().filter(|p| p.kind.word == "asde").count()
+    };
+    assert_eq!((plots(&other), plots(&back)), (0, plots(&first)));
+    // By the file: beside it where it lies with its fork, in its place where that is gone.
+    let file = home_of_other.join("fork.toml");
+    let again = folder.fork(&file, &[]);
+    assert!(different(&other, &again).is_empty());
+    assert_ne!(other.path(), again.path());
+    assert_eq!(other.fact("digest"), again.fact("digest"));
+    assert_ne!(other.fact("digest"), first.fact("digest"));
+    let text = std::fs::read_to_string(&file).expect("a file");
+    assert!(text.contains("value = false\nwas = true"), "{text}");
+    let digest = first.fact("digest").expect("known");
+    assert!(text.contains(&format!("parent_digest = \"{digest}\"")), "{text}");
+    let place = again.path().parent().expect("a folder").to_owned();
+    drop(again);
+    std::fs::remove_file(place.join("run.sqlite")).expect("removed");
+    let again = folder.fork(&place.join("fork.toml"), &[]);
+    assert_eq!(again.path().parent().map(Path::to_owned), Some(place.clone()));
+    assert!(different(&other, &again).is_empty());
+    // Of another run, or of one that is gone: said, with both named.
+    std::fs::remove_file(place.join("run.sqlite")).expect("removed");
+    for (part, by, says) in [
+        (&digest[..], "0123456789abcdef", "it is another run"),
+        ("parent = \"first\"", "parent = \"gone\"", "its parent 'gone' is gone"),
+    ] {
+        let wrong = text.replacen(part, by, 1);
+        assert_ne!(wrong, text);
+        std::fs::write(place.join("fork.toml"), wrong).expect("written");
+        let refused = Command::new(env!("CARGO_BIN_EXE_seeds"))
+            .arg("fork")
+            .arg(place.join("fork.toml"))
+            .current_dir(&folder.0)
+            .output()
+            .expect("seeds starts");
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains(says) && said.contains("fork.toml"), "{said}");
+        assert!(place.join("fork.toml").is_file(), "the file is left alone");
+    }
 }
 
 /// A page asks for a fork: it is made, is among the runs, and the difference is told; what cannot be is refused with its reason.

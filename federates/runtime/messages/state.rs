@@ -204,3 +204,12 @@ pub struct FederateStatus {
     /// What the log keeps of it as facts of the run: (name, value).
     pub facts: Vec<(String, String)>,
 }
+
+/// What a run came to, once it is closed: facts that its logs keep in their table `run`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Number of the run.
+    pub run: u32,
+    /// (name, value): `digest`, `track_digest`, `foreign` where something came from outside.
+    pub facts: Vec<(String, String)>,
+}

@@ -2,7 +2,7 @@ use super::*;
 use crate::runtime::bus::Request;
 use crate::runtime::local_bus::LocalHub;
 use crate::runtime::messages::Welcome;
-use crate::runtime::messages::{Accepted, Answer, Operation, RunState};
+use crate::runtime::messages::{Accepted, Answer, Operation, Outcome, RunState};
 use crate::viewer_logger::log::tests::Folder;
 use crate::viewer_logger::tests::{scan, weather};
 use std::path::Path;
@@ -98,6 +98,10 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     assert!(answer.contains("FROZEN at frame 40"), "{answer}");
 
     send("obs/state", state(Phase::Stopped));
+    for (run, digest) in [(1, "00ff"), (2, "1234")] {
+        let facts = vec![("digest".to_owned(), digest.to_owned())];
+        send("obs/outcome", encode(&Outcome { run, facts }));
+    }
     admin.close();
     let kept = viewer.join().expect("no panic").expect("no error").expect("joined");
     assert_eq!(kept, Kept { scans: 3, scans_lost: 0, datagrams: 2, datagrams_lost: 0 });
@@ -106,6 +110,7 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
         ("SELECT count(*) FROM scans", 3),
         ("SELECT count(*) FROM operations WHERE command = 'freeze'", 1),
         ("SELECT count(*) FROM states", 2),
+        ("SELECT count(*) FROM run WHERE name = 'digest' AND value = '00ff'", 1),
         ("SELECT count(*) FROM weather WHERE rain_mm_per_h = 10", 1),
         ("SELECT count(*) FROM federates WHERE name = 'viewer-logger' LIMIT 1", 1),
     ] {
