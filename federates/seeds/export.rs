@@ -1,11 +1,17 @@
 //! `seeds export RUN --format geojson|kml|czml|csv -o FILE`: a finished run for maps and tables.
 //!
-//! Degrees with 7 decimals, metres with 3, times in ISO 8601 UTC with ms. Each file says which run it is of: all facts of its
+//! Degrees with 7 decimals, metres with 3, times in ISO 8601 UTC with ms. Each file but CSV says which run it is of: all facts of its
 //! database, seed, digest and version among them.
+
+mod alerts;
+mod places;
 
 use super::sweep::cell;
 use crate::gateway::public::iso8601;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
+use crate::viewer_logger::opened;
+use crate::viewer_logger::picture::AirportMap;
+use alerts::Alert;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use geodesy::{Enu, Geodetic, LocalFrame};
@@ -16,7 +22,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Write tracks, truth and plots of a finished run as GeoJSON, KML, CZML or CSV
+/// Write tracks, truth, plots, alerts and the airport of a finished run as GeoJSON, KML, CZML or CSV
 #[derive(Args, Clone, Debug)]
 pub struct ExportArgs {
     /// The run: its recording, or the database beside it
@@ -27,8 +33,8 @@ pub struct ExportArgs {
     #[arg(long, value_enum)]
     format: Option<Form>,
 
-    /// What to write, with commas between [default: tracks,truth]
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [What::Tracks, What::Truth])]
+    /// What to write, with commas between [default: tracks,truth; in GeoJSON and KML the airport, too]
+    #[arg(long, value_enum, value_delimiter = ',')]
     what: Vec<What>,
 
     /// The file to write
@@ -56,8 +62,12 @@ enum What {
     Tracks,
     /// True positions
     Truth,
-    /// Plots (no KML, no CZML)
+    /// Plots (not in KML, not in CZML)
     Plots,
+    /// Alerts, one each, at the place where it was raised; in CSV a file of their own, as `seeds score` reads it
+    Alerts,
+    /// Runways, taxiways, pavement, stands, holding positions, buildings, sensors (GeoJSON, KML)
+    Airport,
 }
 
 impl What {
@@ -66,6 +76,8 @@ impl What {
             Self::Tracks => "track",
             Self::Truth => "truth",
             Self::Plots => "plot",
+            Self::Alerts => "alert",
+            Self::Airport => "airport",
         }
     }
 }
@@ -83,27 +95,34 @@ pub fn run(args: &ExportArgs) -> ExitCode {
     let Some(form) = form else {
         return fail(BAD_INPUT, "say the form: --format geojson, kml, czml or csv");
     };
-    if matches!(form, Form::Kml | Form::Czml) && args.what.contains(&What::Plots) {
-        return fail(
-            BAD_INPUT,
-            "--what plots: KML and CZML have things that move; plots are written as GeoJSON or CSV",
-        );
+    let what = match (args.what.is_empty(), form) {
+        (false, _) => args.what.clone(),
+        (true, Form::Geojson | Form::Kml) => vec![What::Tracks, What::Truth, What::Airport],
+        (true, _) => vec![What::Tracks, What::Truth],
+    };
+    if let Some(why) = cannot(form, &what) {
+        return fail(BAD_INPUT, why);
     }
     if let Err(e) = cli::writable(&args.out) {
         return fail(FAILED, format!("{e:#}"));
     }
     let exported = Run::open(&args.run).and_then(|run| {
-        let things = run.things(&args.what)?;
-        Ok((run, things))
+        let things = run.things(&what)?;
+        let alerts = if what.contains(&What::Alerts) { alerts::of(&run)? } else { Vec::new() };
+        Ok((run, things, alerts))
     });
-    let (run, things) = match exported {
+    let (mut run, things, alerts) = match exported {
         Ok(read) => read,
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
     };
+    if !what.contains(&What::Airport) {
+        run.map = AirportMap::default();
+    }
     let text = match form {
-        Form::Geojson => geojson(&run, &things),
-        Form::Kml => kml(&run, &things),
-        Form::Czml => czml(&run, &things),
+        Form::Geojson => geojson(&run, &things, &alerts),
+        Form::Kml => kml(&run, &things, &alerts),
+        Form::Czml => czml(&run, &things, &alerts),
+        Form::Csv if what == [What::Alerts] => alerts::csv(&run, &alerts),
         Form::Csv => csv(&run, &things),
     };
     match std::fs::write(&args.out, text) {
@@ -112,10 +131,30 @@ pub fn run(args: &ExportArgs) -> ExitCode {
     }
 }
 
+/// Why a form cannot have that, if it cannot.
+fn cannot(form: Form, what: &[What]) -> Option<&'static str> {
+    let asked = |one: What| what.contains(&one);
+    match form {
+        Form::Kml | Form::Czml if asked(What::Plots) => Some(
+            "--what plots: KML and CZML have things that move; plots are written as GeoJSON or CSV",
+        ),
+        Form::Csv | Form::Czml if asked(What::Airport) => Some(
+            "--what airport: CSV and CZML have reports over time; the airport is written as GeoJSON or KML",
+        ),
+        Form::Csv if asked(What::Alerts) && what.len() > 1 => Some(
+            "--what alerts: as CSV they have other columns than reports: ask for them in a file of their own",
+        ),
+        _ => None,
+    }
+}
+
 /// A finished run.
 struct Run {
     database: Connection,
+    /// What it says of itself, its airport aside.
     facts: BTreeMap<String, String>,
+    /// The airport; empty where it is not asked for.
+    map: AirportMap,
     frame: LocalFrame,
     start_utc_ns: i64,
 }
@@ -165,6 +204,9 @@ impl Run {
                 facts.insert(name, value.unwrap_or_default());
             }
         }
+        facts.insert("run".to_owned(), opened::id_of(path));
+        // A log of the first version has none.
+        let map = facts.remove("map_json").and_then(|text| serde_json::from_str(&text).ok());
         let number = |name: &str| facts.get(name).and_then(|v| v.parse::<f64>().ok());
         let (Some(lat), Some(lon)) =
             (number("reference_latitude_deg"), number("reference_longitude_deg"))
@@ -177,7 +219,7 @@ impl Run {
         let height_m = scene.map_or(0.0, |s| s.airport.reference.height_m);
         let frame = LocalFrame::at(Geodetic::from_degrees(lat, lon, height_m));
         let start_utc_ns = facts.get("start_utc_ns").and_then(|v| v.parse().ok()).unwrap_or(0);
-        Ok(Self { database, facts, frame, start_utc_ns })
+        Ok(Self { database, facts, map: map.unwrap_or_default(), frame, start_utc_ns })
     }
 
     fn place(&self, [east_m, north_m]: [f64; 2]) -> [f64; 2] {
@@ -208,6 +250,7 @@ impl Run {
                     "SELECT p.sensor, s.name, p.kind, '', time_ns, p.x_m, p.y_m, NULL, NULL, NULL, coalesce(identity, '') \
                      FROM plots p LEFT JOIN sensors s USING (sensor) ORDER BY p.sensor, time_ns, sequence"
                 }
+                What::Alerts | What::Airport => continue, // no reports
             };
             let mut query =
                 self.database.prepare(query).context("the database of another version")?;
@@ -269,8 +312,9 @@ fn coordinates(report: &Report) -> Value {
     }
 }
 
-fn geojson(run: &Run, things: &[Thing]) -> String {
-    let mut features = Vec::new();
+fn geojson(run: &Run, things: &[Thing], alerts: &[Alert]) -> String {
+    let mut features = places::features(run);
+    features.extend(alerts.iter().map(|alert| alert.feature(run)));
     for thing in things {
         let properties = |times: Value| {
             json!({
@@ -331,7 +375,7 @@ fn title(thing: &Thing) -> String {
     }
 }
 
-fn kml(run: &Run, things: &[Thing]) -> String {
+fn kml(run: &Run, things: &[Thing], alerts: &[Alert]) -> String {
     let mut out = String::from(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Document>\n",
     );
@@ -344,6 +388,8 @@ fn kml(run: &Run, things: &[Thing]) -> String {
         escaped(&facts.join("; "))
     )
     .ok();
+    places::kml(run, &mut out);
+    alerts.iter().for_each(|alert| alert.kml(run, &mut out));
     for thing in things {
         let flat = thing.reports.iter().any(|r| r.altitude_m.is_none());
         let mode = if flat { "clampToGround" } else { "relativeToGround" };
@@ -378,7 +424,7 @@ fn colour(thing: &Thing) -> [u8; 4] {
     }
 }
 
-fn czml(run: &Run, things: &[Thing]) -> String {
+fn czml(run: &Run, things: &[Thing], alerts: &[Alert]) -> String {
     let span = |reports: &[Report]| {
         let first = reports.first().map_or(0, |r| r.time_ns);
         let last = reports.last().map_or(0, |r| r.time_ns);
@@ -421,6 +467,7 @@ fn czml(run: &Run, things: &[Thing]) -> String {
             },
         }));
     }
+    packets.extend(alerts.iter().map(|alert| alert.packet(run, end)));
     format!("{}\n", Value::Array(packets))
 }
 

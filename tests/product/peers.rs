@@ -246,19 +246,52 @@ fn exported(folder: &Folder) {
         _ => 1,
     };
     let features = map["features"].as_array().expect("features");
-    assert_eq!(features.iter().map(points).sum::<usize>(), rows);
+    let is_place = |f: &Value| f["properties"]["times"].is_null();
+    let (places, features): (Vec<&Value>, Vec<&Value>) = features.iter().partition(|f| is_place(f));
+    let kinds = |kind: &str| places.iter().filter(|f| f["properties"]["kind"] == kind).count();
+    assert_eq!((kinds("runway"), kinds("sensor")), (3, 1), "the airport");
+    assert!(kinds("taxiway") > 100 && kinds("stand") > 20 && kinds("hold") > 5);
+    assert_eq!(features.iter().map(|f| points(f)).sum::<usize>(), rows);
     assert!(
         features
             .iter()
             .all(|f| f["properties"]["times"].as_array().map_or(0, Vec::len) == points(f))
     );
+    let fact = |name: &str| -> String {
+        let query = "SELECT value FROM run WHERE name = ?1";
+        database.query_row(query, [name], |r| r.get(0)).expect(name)
+    };
     assert_eq!(map["run"]["scene"], "zurich");
+    assert_eq!((&map["run"]["run"], &map["run"]["map_json"]), (&"run".into(), &Value::Null));
+    assert_eq!(map["run"]["digest"], fact("digest"), "the run's own");
+    assert!(!texts[1].contains("map_json") && texts[1].contains("<Folder><name>airport</name>"));
     assert_eq!(texts[1].matches("<when>").count(), rows);
     assert_eq!(texts[1].matches("<gx:coord>").count(), rows);
     let packets: Value = serde_json::from_str(&texts[2]).expect("CZML");
     let numbers = |p: &Value| p["position"]["cartographicDegrees"].as_array().map_or(0, Vec::len);
     let packets = packets.as_array().expect("packets");
     assert_eq!(packets.iter().map(numbers).sum::<usize>(), 4 * rows);
+    // Alerts in every form, and what no form has.
+    for (name, says) in
+        [("a.csv", "time_s,end_s,kind"), ("a.geojson", "{"), ("a.kml", "<?xml"), ("a.czml", "[")]
+    {
+        let file = folder.file(name);
+        let mut command = seeds();
+        command.args(["export", &recording, "--what", "alerts", "-o", &file]);
+        assert_eq!(finish(command).status.code(), Some(0), "{name}");
+        let text = std::fs::read_to_string(&file).expect(name);
+        assert!(text.starts_with(says) && !text.contains("<Folder>"), "{name}: {text}");
+    }
+    for (what, name) in [
+        ("airport", "x.csv"),
+        ("airport", "x.czml"),
+        ("plots", "x.kml"),
+        ("alerts,tracks", "x.csv"),
+    ] {
+        let mut command = seeds();
+        command.args(["export", &recording, "--what", what, "-o", &folder.file(name)]);
+        assert_eq!(finish(command).status.code(), Some(2), "{what} in {name}");
+    }
     let mut command = seeds();
     command.args(["export", &folder.file("nothing.sqlite"), "-o", &folder.file("x.csv")]);
     assert_eq!(finish(command).status.code(), Some(2));
