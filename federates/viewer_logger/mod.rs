@@ -209,6 +209,7 @@ impl Viewer {
     pub fn on_scene(&mut self, run: &RunInfo, map: &AirportMap) {
         self.info = run.clone();
         self.blocks.clone_from(&map.blocks);
+        let map = map.with_cab();
         self.cab_m = map.cab_m();
         let filters = models::filter::Rung::ALL.map(|(_, name)| name);
         let words = frame::words();

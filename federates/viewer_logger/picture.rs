@@ -71,29 +71,63 @@ pub struct AirportMap {
     pub blocks: Vec<Block>,
     /// Plates by which the light of the eye's view is measured.
     pub boards: Vec<BoardPlate>,
+    /// Where a tower controller looks out; none in logs of earlier versions.
+    pub cab: Option<Cab>,
+}
+
+/// The eye of a tower controller.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cab {
+    /// Where it is, m east, north and up.
+    pub at_m: [f64; 3],
+    /// By what it is there, for people.
+    pub by: String,
 }
 
 impl AirportMap {
-    /// The eye of a tower controller, m east, north and up, as the eye's page has it (`web/eye.js`): above the highest building, else
-    /// at the first radar, else in the middle of stands and runways.
+    /// The eye of a tower controller, m east, north and up.
     #[must_use]
     pub fn cab_m(&self) -> [f64; 3] {
+        self.cab.as_ref().map_or_else(|| self.assumed_cab().at_m, |cab| cab.at_m)
+    }
+
+    /// The same, with the eye of a tower controller where a log does not say it.
+    #[must_use]
+    pub fn with_cab(&self) -> Self {
+        let cab = self.cab.clone().or_else(|| Some(self.assumed_cab()));
+        Self { cab, ..self.clone() }
+    }
+
+    /// Where nobody says it: above the highest building, else at the first radar, else in the middle of stands and runways.
+    fn assumed_cab(&self) -> Cab {
         let middle = |points: &[[f64; 2]]| {
             let n = points.len().max(1) as f64;
             [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / n)
         };
         if let Some(high) = self.blocks.iter().max_by(|a, b| a.height_m.total_cmp(&b.height_m)) {
             let [x, y] = middle(&high.ring);
-            return [x, y, high.height_m + CAB_OVER_ROOF_M];
+            let by = format!("{CAB_OVER_ROOF_M} m above {}, the highest building", high.name);
+            return Cab { at_m: [x, y, high.height_m + CAB_OVER_ROOF_M], by };
         }
         let radar = self.sensors.iter().filter(|s| s.kind == "asde").find_map(|s| s.position_m);
         let ends = self.runways.iter().flat_map(|r| r.ends);
         let places: Vec<_> = self.stands.iter().map(|s| s.position_m).chain(ends).collect();
+        let by = if radar.is_some() { "at the radar" } else { "in the middle of the airport" };
         let [x, y] = radar.unwrap_or_else(|| middle(&places));
-        [x, y, CAB_M]
+        Cab { at_m: [x, y, CAB_M], by: format!("{by}, {CAB_M} m high (assumed)") }
+    }
+
+    /// By the scene, else by the viewpoint of the layout.
+    fn stated_cab(scene: &Scene) -> Option<Cab> {
+        let cab = |[x, y]: [f64; 2], z: f64, by: &str| Cab { at_m: [x, y, z], by: by.to_owned() };
+        let by_scene = scene.airport.cab_m.map(|p| cab(metres(p.xy()), p.z, "by the scene"));
+        let viewpoint = scene.airport.layout.tower.filter(|(_, height_m)| *height_m >= LEAST_CAB_M);
+        by_scene.or_else(|| viewpoint.map(|(at, z)| cab(metres(at), z, "viewpoint of the layout")))
     }
 }
 
+/// A viewpoint lower than this is one of which the layout does not say the height, m.
+const LEAST_CAB_M: f64 = 2.0;
 /// Height of a cab over the roof below it, and of one of which nothing is known, m.
 const CAB_OVER_ROOF_M: f64 = 5.0;
 const CAB_M: f64 = 45.0;
@@ -248,7 +282,13 @@ impl AirportMap {
             range_m: s.asde.as_ref().map(|radar| radar.parameters.range_max_m),
         };
         let reference = scene.airport.reference;
-        Self {
+        let board = |b: &scenarios::board::Board| BoardPlate {
+            name: b.name.clone(),
+            centre_m: [b.centre_m.x, b.centre_m.y, b.centre_m.z],
+            size_m: b.size_m,
+            luminance_ratio: b.luminance_ratio,
+        };
+        let mut map = Self {
             icao: layout.icao.clone(),
             name: layout.name.clone(),
             reference_deg: [reference.lat_deg(), reference.lon_deg()],
@@ -273,8 +313,11 @@ impl AirportMap {
                     height_m: b.height_m,
                 })
                 .collect(),
-            boards: Vec::new(),
-        }
+            boards: scene.boards.iter().map(board).collect(),
+            cab: None,
+        };
+        map.cab = Some(Self::stated_cab(scene).unwrap_or_else(|| map.assumed_cab()));
+        map
     }
 }
 
@@ -301,4 +344,59 @@ fn metres(p: Point2<f64>) -> [f64; 2] {
 
 fn as_text<N: ToString, S: serde::Serializer>(value: &N, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(&value.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn of(more: &str, airport: &str) -> AirportMap {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
+        let text = std::fs::read_to_string(&path).expect("a scene");
+        let text = text.replacen("[airport]\n", &format!("[airport]\n{airport}\n"), 1) + more;
+        AirportMap::of(&scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}")))
+    }
+
+    #[test]
+    fn a_controller_looks_out_where_the_scene_says_else_at_the_viewpoint_else_above_the_roofs() {
+        let building = "\n[[building]]\nname = \"pier\"\nheight_m = 18\nfootprint = [{ east_m = 500, north_m = 0 }, { east_m = 540, north_m = 0 }, { east_m = 540, north_m = 40 }]\n";
+        // Row 14 of the layout: 150 ft, at 47.453819 N 8.556911 E.
+        let map = of(building, "");
+        let cab = map.cab.clone().expect("known");
+        assert!((cab.at_m[2] - 45.72).abs() < 1e-9, "{cab:?}");
+        let at = geodesy::LocalFrame::at(geodesy::Geodetic::from_degrees(
+            map.reference_deg[0],
+            map.reference_deg[1],
+            432.0,
+        ));
+        let place = geodesy::Geodetic::from_degrees(47.453819, 8.556911, 432.0).to_ecef();
+        let place = at.to_enu(place);
+        let off = libm::hypot(cab.at_m[0] - place.east_m, cab.at_m[1] - place.north_m);
+        assert!(off < 0.1 && cab.by.contains("layout"), "{off} m: {cab:?}");
+        let said = "tower = { place = { x_m = 12, y_m = -34, height_m = 3 }, cab_height_m = 40 }";
+        let cab = of(building, said).cab.expect("known");
+        assert_eq!((cab.at_m, &cab.by[..]), ([12.0, -34.0, 43.0], "by the scene"));
+        // A log of an earlier version does not say it: above the highest roof.
+        let old = AirportMap { cab: None, ..map };
+        let cab = old.with_cab().cab.expect("known");
+        assert!(cab.at_m[2] == 23.0 && cab.by.contains("pier"), "{cab:?}");
+    }
+
+    #[test]
+    fn the_boards_of_the_reference_are_appended_to_any_scene() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/views/boards.toml");
+        let text = std::fs::read_to_string(folder).expect("the boards");
+        let map = of(&format!("\n{text}"), "");
+        assert_eq!(map.boards.len(), 21);
+        for board in &map.boards {
+            // Each is 1.6° wide from 50 m above the reference point, and what its name says away.
+            let [x, y, z] = board.centre_m;
+            let far_m = libm::hypot(libm::hypot(x, y), z - 50.0);
+            let wide_deg = 2.0 * libm::atan(0.5 * board.size_m / far_m).to_degrees();
+            assert!((wide_deg - 1.6).abs() < 0.01, "{board:?}");
+            let name = format!("d{far_m:.0}r{}", board.luminance_ratio);
+            assert_eq!(name, board.name, "{board:?}");
+        }
+    }
 }

@@ -171,5 +171,7 @@ pub const PLACE: &[Key] = &[
     Key::number("lon_deg", "°", -180.0, 180.0, "Longitude"),
     Key::number("east_m", "m", -1e6, 1e6, "East of the reference point; goes with `north_m`"),
     Key::number("north_m", "m", -1e6, 1e6, "North of the reference point"),
+    Key::number("x_m", "m", -1e6, 1e6, "The same as `east_m`, as logs call it; goes with `y_m`"),
+    Key::number("y_m", "m", -1e6, 1e6, "The same as `north_m`"),
     Key::number("height_m", "m", -500.0, 9000.0, "Height above the reference plane"),
 ];

@@ -28,6 +28,8 @@ pub struct AirportScene {
     pub frame: LocalFrame,
     /// Distance from the reference point up to which things belong to the airport, m.
     pub radius_m: f64,
+    /// Eye of a tower controller where the scene says it (`[airport] tower`), m.
+    pub cab_m: Option<Point3<f64>>,
     /// What was found and mended in the layout files.
     pub report: LayoutReport,
 }
@@ -80,10 +82,14 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
         network.into_airport(&frame, width_m, &mut layout, &mut report);
     }
     let radius_m = section.number_or("radius_m", 10_000.0, within(500.0, 50_000.0, "m"))?;
-    let mut airport = AirportScene { layout, reference, frame, radius_m, report };
+    let mut airport = AirportScene { layout, reference, frame, radius_m, cab_m: None, report };
     if let Some(file) = overlay_file {
         overlay::apply(&mut airport, &file)?;
         files.push(file);
+    }
+    if let Some(tower) = section.section("tower", &words(keys::TOWER))? {
+        let height_m = tower.need_number("cab_height_m", within(1.0, 300.0, "m"))?;
+        airport.cab_m = Some(airport.place_above(&tower, height_m)?);
     }
     Ok((airport, files))
 }
@@ -189,7 +195,8 @@ pub fn check_files(
     }
     if let Some(frame) = frame.filter(|_| !overlays.is_empty()) {
         let reference = frame.origin_geodetic();
-        let mut airport = AirportScene { layout, reference, frame, radius_m: 50_000.0, report };
+        let mut airport =
+            AirportScene { layout, reference, frame, radius_m: 50_000.0, cab_m: None, report };
         overlays.into_iter().try_for_each(|file| overlay::apply(&mut airport, file))?;
         (layout, report) = (airport.layout, airport.report);
     }
@@ -224,7 +231,21 @@ impl AirportScene {
         local_m(&self.frame, lat_deg, lon_deg)
     }
 
-    /// A place from `lat_deg`/`lon_deg` or `east_m`/`north_m`, with `height_m` over the reference
+    /// A point so many metres above the `place` of a table.
+    pub(crate) fn place_above(
+        &self,
+        table: &Section,
+        height_m: f64,
+    ) -> Result<Point3<f64>, ScenarioError> {
+        let place = table.any_section("place")?.ok_or_else(|| {
+            let needed = "a place: { east_m = …, north_m = … } or { lat_deg = …, lon_deg = … }";
+            table.missing("place", needed.into())
+        })?;
+        let at = self.site(&place)?;
+        Ok(Point3::new(at.x, at.y, at.z + height_m))
+    }
+
+    /// A place from `lat_deg`/`lon_deg` or `east_m`/`north_m` (also `x_m`/`y_m`), with `height_m` over the reference
     /// plane; refused outside the airport.
     ///
     /// # Errors
@@ -232,29 +253,32 @@ impl AirportScene {
     pub fn site(&self, section: &Section) -> Result<Point3<f64>, ScenarioError> {
         section.only(&keys::place_words())?;
         let height_m = section.number_or("height_m", 0.0, within(0.0, 500.0, "m"))?;
-        let east_north = if section.has("lat_deg") || section.has("lon_deg") {
-            if let Some(key) = ["east_m", "north_m"].iter().find(|k| section.has(k)) {
-                let problem = Problem::WrongKind {
-                    found: "two places".into(),
-                    needed: "either lat_deg and lon_deg or east_m and north_m".into(),
-                };
-                return Err(section.refuse(key, problem));
-            }
+        let forms = [["lat_deg", "lon_deg"], ["x_m", "y_m"], ["east_m", "north_m"]];
+        let said = |form: &&[&'static str; 2]| form.iter().find(|k| section.has(k)).copied();
+        let mut found = forms.iter().filter(|form| said(form).is_some());
+        let form = found.next().unwrap_or(&forms[2]);
+        if let Some(key) = found.next().and_then(|other| said(&other)) {
+            let problem = Problem::WrongKind {
+                found: "two places".into(),
+                needed: "either lat_deg and lon_deg or east_m and north_m".into(),
+            };
+            return Err(section.refuse(key, problem));
+        }
+        let east_north = if form[0] == "lat_deg" {
             let lat_deg = section.need_number("lat_deg", LATITUDE)?;
             let lon_deg = section.need_number("lon_deg", LONGITUDE)?;
             self.local_m(lat_deg, lon_deg)
         } else {
             let limits = within(-1e6, 1e6, "m");
             Point2::new(
-                section.need_number("east_m", limits)?,
-                section.need_number("north_m", limits)?,
+                section.need_number(form[0], limits)?,
+                section.need_number(form[1], limits)?,
             )
         };
         let distance_m = east_north.coords.norm();
         if distance_m > self.radius_m {
-            let key = if section.has("lat_deg") { "lat_deg" } else { "east_m" };
             let problem = Problem::OutsideAirport { distance_m, limit_m: self.radius_m };
-            return Err(section.refuse(key, problem));
+            return Err(section.refuse(form[0], problem));
         }
         Ok(Point3::new(east_north.x, east_north.y, height_m))
     }

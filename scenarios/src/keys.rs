@@ -39,6 +39,11 @@ pub const TABLES: &[Table] = &[
     many("traffic", TRAFFIC, "Who moves: one mover each, a schedule, or rates of flights"),
     one("weather", WEATHER, "What the weather is from when on; clear and dry without it"),
     many("building", BUILDING, "What shadows and mirrors targets"),
+    many(
+        "board",
+        BOARD,
+        "Square plates that are turned to the eye, by which the light of its view is measured; sensors do not see them",
+    ),
     many("sensor", SENSOR, "Who looks on; the keys of `overrides` are listed by kind below"),
     one("tracking", TRACKING, "How plots become tracks; without a key the profile's value holds"),
     one(
@@ -125,6 +130,8 @@ pub(crate) const AIRPORT: &[Key] = &[
     Key::new("overlay", Holds::File, "What the files lack or say wrongly: keys below, *Overlay*"),
     Key::new("reference", Holds::Table(REFERENCE), "Reference point").or("that of the layout"),
     Key::number("radius_m", "m", 500.0, 50_000.0, "Farthest place of a sensor").or("10000"),
+    Key::new("tower", Holds::Table(TOWER), "Where a controller looks out")
+        .or("the viewpoint of the layout, else 5 m above the highest building"),
     Key::number(
         "taxiway_width_m",
         "m",
@@ -133,6 +140,12 @@ pub(crate) const AIRPORT: &[Key] = &[
         "Width of taxiways of which the layout says none",
     )
     .or("23"),
+];
+
+pub(crate) const TOWER: &[Key] = &[
+    Key::new("place", Holds::Place, "Where it stands").needed(),
+    Key::number("cab_height_m", "m", 1.0, 300.0, "Height of the eye in its cab above that place")
+        .needed(),
 ];
 
 /// Tables of an overlay of an airport (`[airport] overlay`): a file of its own.
@@ -265,7 +278,11 @@ pub(crate) const TRAFFIC: &[Key] = &[
         "recorded: time in the file after which nothing is used",
     )
     .or("the end"),
-    Key::new("via", Holds::Texts, "route: nodes and stands in order, two at least"),
+    Key::new(
+        "via",
+        Holds::Texts,
+        "route: stands, nodes, taxiways, runways and `hold RUNWAY` in order, two at least; it begins and ends at a place",
+    ),
     Key::new("halts", Holds::Tables(HALT), "route: where it stands for a while"),
     Key {
         unit: "flights/h",
@@ -409,6 +426,16 @@ pub(crate) const BUILDING: &[Key] = &[
     Key::number("height_m", "m", 1.0, 500.0, "Height of its roof").needed(),
     Key::word("facade", || MATERIALS.iter().map(|m| m.name).collect(), "What its walls are of")
         .or("concrete"),
+];
+
+pub(crate) const BOARD: &[Key] = &[
+    Key::text("name", "A name for people").needed(),
+    Key::new("place", Holds::Place, "Where it stands").needed(),
+    Key::number("centre_height_m", "m", 0.0, 5000.0, "Height of its centre above that place")
+        .needed(),
+    Key::number("size_m", "m", 0.01, 1000.0, "Its side").needed(),
+    Key::number("luminance_ratio", "", 0.0, 100.0, "Its luminance, of that of the horizon")
+        .needed(),
 ];
 
 pub(crate) const SENSOR: &[Key] = &[

@@ -7,6 +7,7 @@
 
 mod advice;
 pub mod airport;
+pub mod board;
 pub mod building;
 pub mod change;
 pub mod control;
@@ -74,6 +75,8 @@ pub struct Scene {
     pub weather: Vec<WeatherNotice>,
     /// `[[building]]`: what shadows and mirrors targets.
     pub buildings: Vec<Building>,
+    /// `[[board]]`: plates in the eye's view.
+    pub boards: Vec<board::Board>,
     /// `[[sensor]]`, in the order of the file.
     pub sensors: Vec<SensorScene>,
     /// `[tracking]`.
@@ -256,6 +259,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
         traffic::read(&root, &run, (&airport, weather[0].weather.wind_mps), shapes, truth_of)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
+    let boards = board::read(&root, &airport)?;
     let control = control::read(&root)?;
     // Traffic that behaves is watched also where the scene does not say by what.
     let lacks = traffic.behaving.is_some() && !(root.has("tracking") && root.has("sensor"));
@@ -283,6 +287,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
         flight_list,
         weather,
         buildings,
+        boards,
         sensors,
         tracking,
         accuracy,

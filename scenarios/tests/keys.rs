@@ -32,6 +32,7 @@ heartbeat = { moving_s = 5 }
 layout = "airports/LSZH.apt.dat"
 ground_network = "airports/LSZH.groundnet.xml"
 reference = { lat_deg = 47.458, lon_deg = 8.548, height_m = 432 }
+tower = { place = { east_m = 10, north_m = 20 }, cab_height_m = 30 }
 [weather]
 timeline = [{ at_s = 0, wind_mps = 1, wind_from_deg = 10, cells = [{ east_m = 0, north_m = 0, radius_m = 10, rain_mm_per_h = 1 }] }]
 [[traffic]]
@@ -45,6 +46,12 @@ flight = { movement = "arrival" }
 name = "b"
 footprint = [{ east_m = 0, north_m = 0 }, { east_m = 50, north_m = 0 }, { east_m = 50, north_m = 50 }]
 height_m = 10
+[[board]]
+name = "p"
+place = { x_m = 10, y_m = 20 }
+centre_height_m = 12
+size_m = 3
+luminance_ratio = 0.5
 [tracking]
 confirm_of = 32
 identified_of = 32

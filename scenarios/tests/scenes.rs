@@ -88,7 +88,7 @@ fn bad_scenes_give_one_line() {
         (
             "[accuracy]",
             "[acuracy]",
-            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, sensor, tracking, accuracy, network, control, failure, shape, shapes",
+            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, board, sensor, tracking, accuracy, network, control, failure, shape, shapes",
         ),
         (
             "movements/EDW229.csv",
@@ -118,7 +118,7 @@ fn bad_scenes_give_one_line() {
         (
             "\"GAC_S1_A\", \"I_98\"",
             "\"GAC_S1_A\", \"I_99\"",
-            "zurich.toml:104: traffic[8].via: found \"I_99\", allowed is a stand, or the number of a node, of the ground network",
+            "zurich.toml:104: traffic[8].via: found \"I_99\", allowed is a stand, a node, a holding position, an end or exit of a runway, a taxiway, a runway, or `hold RUNWAY`; `seeds airport nodes` lists the names",
         ),
         (
             "equipped = [\"CAI3208\"]",

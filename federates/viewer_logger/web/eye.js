@@ -153,14 +153,7 @@ function age() {
   return Math.min(AHEAD_S, ((performance.now() - state.arrived) / 1000) * state.rate);
 }
 
-function towerEye() {
-  const { blocks = [], stands = [], runways = [] } = state.airport ?? {}, highest = [...blocks].sort((a, b) => b.height_m - a.height_m)[0];
-  const middle = (points) => [0, 1].map((i) => points.reduce((s, p) => s + p[i], 0) / Math.max(1, points.length));
-  if (highest) return [...middle(highest.ring), highest.height_m + 5];
-  const radar = (state.airport?.sensors ?? []).find((s) => s.kind === "asde" && s.position_m);
-  if (radar) return [...radar.position_m, 45];
-  return [...middle([...stands.map((s) => s.position_m), ...runways.flatMap((r) => r.ends)]), 45];
-}
+const towerEye = () => state.airport?.cab?.at_m ?? [0, 0, 45];
 
 /** From the tower one looks where the most is going on; from a seat, ahead. */
 function lookOut() {
@@ -266,7 +259,7 @@ function paint() {
   const ratio = window.devicePixelRatio || 1, w = Math.max(1, Math.round(canvas.clientWidth * ratio)), h = Math.max(1, Math.round(canvas.clientHeight * ratio));
   if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
   const { eye, look, own } = pose(), l = light(eye), dt = age();
-  byId("who").textContent = state.eye === "tower" || state.eye === "free" ? state.eye : `${state.eye} ${state.of ?? ""}`;
+  byId("who").textContent = { tower: ["tower", state.airport?.cab?.by].filter(Boolean).join(", "), free: "free" }[state.eye] ?? `${state.eye} ${state.of ?? ""}`;
   byId("utc").textContent = `${utc(state.run?.start_utc_ns, (state.scan?.timeS ?? 0) + dt)} UTC`;
   byId("air").textContent = Number.isFinite(l.visibility) && l.visibility !== null ? `visibility ${Math.round(l.visibility)} m` : "clear";
   showWheel();
