@@ -35,6 +35,9 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
         routing: Vec::new(),
         assumed: String::new(),
         label_p: None,
+        address: None,
+        existence_p: None,
+        unresolved: false,
         lag: None,
     }
 }

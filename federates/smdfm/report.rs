@@ -228,6 +228,9 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
         routing: label.map(|l| l.routing.clone()).unwrap_or_default(),
         assumed: track.assumed.map_or_else(String::new, |c| c.as_str().to_owned()),
         label_p: track.label_p,
+        address: track.address,
+        existence_p: track.existence_p,
+        unresolved: track.unresolved,
         lag: track.second_ago.map(|lag| LagMessage {
             time_ns: lag.time.0,
             position_m: lag.position_m,

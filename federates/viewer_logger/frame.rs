@@ -7,9 +7,9 @@
 //!
 //! The last 40 octets of a track: address u32 (0: none), age of its plot in this scan f32 s, then an octet each: state,
 //! stage of an alert, emitter category, sensors of its plots in this scan (bit by the place of their kind), clearance, bits (0: the
-//! label is assumed, 2: coasted between), probability of the label and of existence (⌊254 p⌋, 255: unknown); then where
+//! label is assumed, 1: unresolved, 2: coasted between), probability of the label and of existence (⌊254 p⌋, 255: unknown); then where
 //! it was one scan ago as it is known now, f32: east, north, variances ee, en, nn; four octets zero. State, stage,
-//! emitter category and clearance are 0 (unknown) as long as nobody says them.
+//! emitter category and clearance are 0 (unknown): no scan says them, alerts and situation travel beside it.
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::flight_list::MovementKind;
@@ -260,12 +260,12 @@ fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
 
 fn track_more(out: &mut Vec<u8>, t: &TrackMessage, age_s: f64, kinds: u8) {
     let share = |p: Option<f64>| p.map_or(255, |p| (254.0 * p.clamp(0.0, 1.0)) as u8);
-    out.extend(0_u32.to_le_bytes());
+    out.extend(t.address.unwrap_or(0).to_le_bytes());
     f32s(out, &[age_s]);
     let assumed = t.callsign.is_empty() && !t.assumed.is_empty();
     let coasted = t.lag.is_some_and(|l| l.coasted);
-    let bits = u8::from(assumed) | u8::from(coasted) << 2;
-    out.extend([0, 0, 0, kinds, 0, bits, share(t.label_p), share(None)]);
+    let bits = u8::from(assumed) | u8::from(t.unresolved) << 1 | u8::from(coasted) << 2;
+    out.extend([0, 0, 0, kinds, 0, bits, share(t.label_p), share(t.existence_p)]);
     match &t.lag {
         Some(lag) => {
             f32s(out, lag.position_m.coords.as_slice());
@@ -342,6 +342,22 @@ mod tests {
         assert!(TrackStatus::ALL.iter().enumerate().all(|(n, value)| *value as usize == n));
         assert!(MovementKind::ALL.iter().enumerate().all(|(n, value)| *value as usize == n));
         assert_eq!(words()["statuses"][2], "coasting");
+    }
+
+    #[test]
+    fn the_octets_of_a_track_are_where_the_layout_has_them() {
+        let mut report = crate::viewer_logger::tests::scan(1);
+        let unsaid = encode(&report);
+        let track = &mut report.tracks[0];
+        (track.address, track.existence_p, track.unresolved) = (Some(0x4b_1234), Some(0.5), true);
+        let said = encode(&report);
+        let of = |frame: &[u8], at: usize| frame[HEADER + at];
+        assert_eq!(said[HEADER + 112..HEADER + 116], 0x4b_1234_u32.to_le_bytes());
+        assert_eq!((of(&unsaid, 127), of(&said, 127)), (255, 127));
+        assert_eq!((of(&unsaid, 125) & 2, of(&said, 125) & 2), (0, 2));
+        let differ = |at: &usize| unsaid[*at] != said[*at];
+        let differ: Vec<usize> = (0..said.len()).filter(differ).map(|at| at - HEADER).collect();
+        assert_eq!(differ, [112, 113, 114, 125, 127], "nothing else");
     }
 
     #[test]

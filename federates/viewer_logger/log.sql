@@ -66,6 +66,9 @@ CREATE TABLE tracks (
   assumed TEXT, label_p REAL,
   estimate_ns INTEGER, first INTEGER, designator TEXT, wake TEXT, movement TEXT, runway_stand TEXT, routing TEXT,
   ctd_eta_ns INTEGER, heading_rad REAL, ax_ms2 REAL, ay_ms2 REAL, vvar_ee REAL, vvar_en REAL, vvar_nn REAL,
+  address INTEGER,    -- 24-bit address that the target itself reports
+  existence_p REAL,   -- probability that there is a target at all, where lives go by it
+  unresolved INTEGER, -- more plots lay where it may be than it could be told from
   place INTEGER,
   PRIMARY KEY (scan, track)
 ) WITHOUT ROWID;

@@ -65,6 +65,9 @@ pub(super) fn scan(n: u64) -> ScanReport {
         routing: Vec::new(),
         assumed: String::new(),
         label_p: None,
+        address: None,
+        existence_p: None,
+        unresolved: false,
         lag: Some(LagMessage {
             time_ns: time_ns - 1_000_000_000,
             position_m: Point2::new(7.0, 8.0),

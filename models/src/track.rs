@@ -106,6 +106,12 @@ pub struct SystemTrack {
     pub assumed: Option<Callsign>,
     /// Probability of the label, or of what is assumed.
     pub label_p: Option<f64>,
+    /// 24-bit address that the target itself reports.
+    pub address: Option<u32>,
+    /// Probability that there is a target at all, where lives go by it.
+    pub existence_p: Option<f64>,
+    /// More plots lay where it may be than it could be told from, in this scan.
+    pub unresolved: bool,
     /// Where it was at the publication before, by the plots that came since; absent in its first report.
     pub second_ago: Option<SecondAgo>,
 }

@@ -88,6 +88,9 @@ fn scan(time_ns: i64) -> ScanReport {
         routing: Vec::new(),
         assumed: "SWR1".into(),
         label_p: Some(0.7),
+        address: None,
+        existence_p: None,
+        unresolved: false,
         lag: None,
     };
     let plot = PlotMessage {

@@ -59,6 +59,12 @@ pub struct TrackMessage {
     pub assumed: String,
     /// Probability of the label, or of what is assumed.
     pub label_p: Option<f64>,
+    /// 24-bit address that the target itself reports.
+    pub address: Option<u32>,
+    /// Probability that there is a target at all, where lives go by it.
+    pub existence_p: Option<f64>,
+    /// More plots lay where it may be than it could be told from, in this scan.
+    pub unresolved: bool,
     /// The publication before, revised by the plots of one more scan; absent in a track's first report.
     pub lag: Option<LagMessage>,
 }

@@ -100,7 +100,7 @@ pub(super) fn truth(row: &Row<'_>) -> rusqlite::Result<TruthMessage> {
     })
 }
 
-pub(super) const TRACKS: [&str; 41] = [
+pub(super) const TRACKS: [&str; 44] = [
     "track",
     "status",
     "type",
@@ -142,6 +142,9 @@ pub(super) const TRACKS: [&str; 41] = [
     "entity",
     "error_m",
     "speed_ms",
+    "address",
+    "existence_p",
+    "unresolved",
 ];
 
 pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackMessage> {
@@ -180,6 +183,9 @@ pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackM
         ctd_eta_ns: row.get(32)?,
         acceleration_ms2: [real(row, 33)?, real(row, 34)?],
         velocity_cov_m2s2: [real(row, 35)?, real(row, 36)?, real(row, 37)?],
+        address: row.get(41)?,
+        existence_p: row.get(42)?,
+        unresolved: row.get::<_, Option<bool>>(43)?.unwrap_or(false),
     })
 }
 

@@ -18,6 +18,9 @@ fn wild(n: u64) -> ScanReport {
         report.tracks[0].callsign.clear();
         report.tracks[0].assumed = "GUESS1".to_owned();
         report.tracks[0].label_p = Some(0.7);
+        report.tracks[0].address = Some(0x00fe_dcba);
+        report.tracks[0].existence_p = Some(0.996);
+        report.tracks[0].unresolved = true;
         report.tracks[0].velocity_mps = [-0.0, f64::NAN];
         report.tracks[0].altitude_m = Some(-0.0);
         report.tracks[0].first = true;

@@ -55,7 +55,7 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
     let pairs = crate::viewer_logger::frame::pairs(scan);
     let mut insert = t.prepare_cached(concat!(
         "INSERT INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,",
-        "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
+        "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
     ))?;
     for (place, x) in scan.tracks.iter().enumerate() {
         let pair = pairs.get(&x.number);
@@ -103,6 +103,9 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
             x.velocity_cov_m2s2[0],
             x.velocity_cov_m2s2[1],
             x.velocity_cov_m2s2[2],
+            x.address,
+            x.existence_p,
+            x.unresolved,
             place as i64
         ])?;
     }

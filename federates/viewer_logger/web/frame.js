@@ -84,10 +84,13 @@ function readTrack(view, at) {
     errorM: known(f32(92)),
     heading: f32(100),
     altitudeM: known(f32(104)),
+    address: view.getUint32(at + 112, true) ? view.getUint32(at + 112, true).toString(16).padStart(6, "0") : "",
     plotAgeS: known(f32(116)),
     sensors: kinds.map((k) => k.word).filter((_, bit) => view.getUint8(at + 123) & (1 << bit)),
     assumed: (view.getUint8(at + 125) & 1) !== 0,
-    labelP: view.getUint8(at + 126) === 255 ? null : view.getUint8(at + 126) / 254,
+    unresolved: (view.getUint8(at + 125) & 2) !== 0,
+    labelP: share(view.getUint8(at + 126)),
+    existenceP: share(view.getUint8(at + 127)),
     lag: known(f32(128)) === null ? null : { x: f32(128), y: f32(132), cov: [f32(136), f32(140), f32(144)], coasted: (view.getUint8(at + 125) & 4) !== 0 },
   };
 }
@@ -130,6 +133,8 @@ function readPlot(view, at) {
 }
 
 const known = (value) => (Number.isFinite(value) ? value : null);
+/** A probability in an octet; null where nobody says it. */
+const share = (octet) => (octet === 255 ? null : octet / 254);
 
 function text(view, at, width) {
   const octets = new Uint8Array(view.buffer, view.byteOffset + at, width);

@@ -30,7 +30,7 @@ export function found(text, scan, airport, layers) {
   const word = text.trim().toUpperCase();
   if (!word) return [];
   const has = (...names) => names.some((n) => n && String(n).toUpperCase().includes(word));
-  const targets = targetsOf(scan, layers).filter((t) => has(t.callsign, t.designator, `#${t.number}`, t.runwayStand, t.status)).map((t) => ({ id: t.id, x: t.x, y: t.y, name: t.callsign || t.id }));
+  const targets = targetsOf(scan, layers).filter((t) => has(t.callsign, t.designator, `#${t.number}`, t.address, t.runwayStand, t.status)).map((t) => ({ id: t.id, x: t.x, y: t.y, name: t.callsign || t.id }));
   const exact = (n) => n.toUpperCase().replaceAll("_", " ") === word.replaceAll("_", " ");
   const stands = (airport?.stands ?? []).filter((s) => s.name && exact(s.name)).map((s) => ({ id: null, x: s.position_m[0], y: s.position_m[1], name: s.name }));
   const ways = (airport?.taxiways ?? []).filter((w) => w.name && exact(w.name)).slice(0, 1).map((w) => ({ id: null, x: w.points_m[0][0], y: w.points_m[0][1], name: w.name }));

@@ -189,6 +189,9 @@ impl Demo {
                     routing: Vec::new(),
                     assumed: String::new(),
                     label_p: None,
+                    address: None,
+                    existence_p: None,
+                    unresolved: false,
                     lag: None,
                 });
             }

@@ -134,6 +134,9 @@ fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
         reported: track.callsign,
         assumed: None,
         label_p: None,
+        address: track.address,
+        existence_p: track.doubt.as_ref().map(|doubt| doubt.existence.there()),
+        unresolved: track.unresolved,
         second_ago: None,
     }
 }
