@@ -3,7 +3,7 @@
 use crate::runtime::cli::print_line;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use clap::{Args, Subcommand};
-use models::airport::{Airport, Edge, Hold, Node, Stand};
+use models::airport::Airport;
 use models::time::SimTime;
 use models::traffic::core::{Direction, Flight};
 use models::traffic::network::Network;
@@ -13,6 +13,7 @@ use models::truth::{Limits, Trajectory, route};
 use scenarios::ScenarioError;
 use scenarios::airport::{LayoutReport, check_files, files_meant};
 use scenarios::schedule::Behaving;
+use scenarios::via::{self, is_plain, mended};
 use scenarios::{Entity, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -228,6 +229,17 @@ fn nodes(file: &Path, with: &[PathBuf], json: bool) -> ExitCode {
             }
         }
     }
+    // What a way is asked for by, where several things have that name.
+    for row in &mut rows {
+        let name = row["name"].as_str().unwrap_or("").to_owned();
+        let say = match (via::place(&layout, &network, &name), row["kind"].as_str()) {
+            (Err(_), Some("stand")) => format!("stand {name}"),
+            (Err(_), Some("runway end")) => format!("runway {name}"),
+            (Err(_), _) => format!("node {name}"),
+            _ => name,
+        };
+        row["say"] = say.into();
+    }
     if json {
         print_line(&json!({ "icao": layout.icao, "nodes": rows }).to_string());
         return ExitCode::SUCCESS;
@@ -242,7 +254,9 @@ fn nodes(file: &Path, with: &[PathBuf], json: bool) -> ExitCode {
         let code = text("code").map(|c| format!(" code {c}")).unwrap_or_default();
         let off = if row["way"] == json!(false) { " (no way)" } else { "" };
         let (kind, name) = (text("kind").unwrap_or_default(), text("name").unwrap_or_default());
-        print_line(&format!("{kind} {name}{index}{runway}{along}{at}{code}{off}"));
+        let say = text("say").filter(|say| *say != name && !off.contains("no way"));
+        let say = say.map(|say| format!(" (say \"{say}\")")).unwrap_or_default();
+        print_line(&format!("{kind} {name}{index}{runway}{along}{at}{code}{off}{say}"));
     }
     ExitCode::SUCCESS
 }
@@ -271,41 +285,6 @@ fn described(layout: &Airport) -> Value {
     })
 }
 
-/// A layout as traffic drives on it: with the holding positions, ends and exits of runways that its file need not have.
-fn mended(layout: &Airport, network: &Network) -> Airport {
-    let hold = |hold: bool| if hold { Hold::Runway } else { Hold::None };
-    let nodes = network.nodes.iter().map(|n| Node {
-        name: n.name.clone(),
-        position_m: n.at_m,
-        hold: hold(n.hold_for.is_some()),
-    });
-    let edges = network.edges.iter().map(|e| Edge {
-        from: e.nodes[0],
-        to: e.nodes[1],
-        two_way: e.two_way,
-        runway: e.runway.is_some(),
-        name: e.name.clone(),
-        width_m: 0.0,
-    });
-    let stands = layout.stands.iter().zip(&network.stands);
-    let stands = stands.map(|(stand, mended)| Stand { node: mended.node, ..stand.clone() });
-    Airport {
-        nodes: nodes.collect(),
-        edges: edges.collect(),
-        stands: stands.collect(),
-        ..layout.clone()
-    }
-}
-
-/// The node at an end of a runway.
-fn runway_end(network: &Network, name: &str) -> Option<usize> {
-    network.runways.iter().find_map(|runway| {
-        let end = runway.names.iter().position(|n| n == name)?;
-        let at = if end == 0 { runway.spine.first() } else { runway.spine.last() };
-        at.map(|(_, node)| *node)
-    })
-}
-
 /// How a way is shown.
 struct Preview<'a> {
     designator: &'a str,
@@ -325,7 +304,19 @@ fn route_preview(
     };
     // By the lines of the file; where it does not know a name, by those of the network that was made of it.
     let network = Network::of(&layout);
-    if names.iter().any(|name| layout.node(name).is_none()) {
+    let mut ends: [Vec<usize>; 2] = Default::default();
+    if names.iter().all(|name| is_plain(&layout, name, false)) {
+        ends = names.map(|name| layout.node(name).into_iter().collect());
+    } else {
+        for (end, name) in ends.iter_mut().zip(names) {
+            match via::place(&layout, &network, name) {
+                Ok(nodes) => *end = nodes,
+                Err(allowed) => {
+                    let error = format!("{}: {name}: allowed is {allowed}", file.display());
+                    return fail(BAD_INPUT, error);
+                }
+            }
+        }
         layout = mended(&layout, &network);
     }
     let limits = match scenarios::types::shipped() {
@@ -335,23 +326,12 @@ fn route_preview(
     let Some(limits) = limits else {
         return fail(BAD_INPUT, format!("--type {designator}: no designator of types.csv"));
     };
-    let mut ends = [0; 2];
-    for (end, name) in ends.iter_mut().zip(names) {
-        match layout.node(name).or_else(|| runway_end(&network, name)) {
-            Some(node) => *end = node,
-            None => {
-                let error = format!(
-                    "{}: {name}: neither node nor stand, holding position, runway end or exit of its network ({} nodes, {} stands; `seeds airport nodes` lists them)",
-                    file.display(),
-                    layout.nodes.len(),
-                    layout.stands.len()
-                );
-                return fail(BAD_INPUT, error);
-            }
-        }
-    }
     let [from, to] = names;
-    let Some(way) = route::shortest(&layout, ends[0], ends[1]) else {
+    let pairs = ends[0].iter().flat_map(|a| ends[1].iter().map(move |b| [*a, *b]));
+    let ways_of =
+        pairs.filter_map(|pair| Some((route::shortest(&layout, pair[0], pair[1])?, pair)));
+    let nearest = ways_of.min_by(|a, b| a.0.length_m.total_cmp(&b.0.length_m));
+    let Some((way, ends)) = nearest else {
         return fail(FAILED, format!("{}: no way from {from} to {to}", file.display()));
     };
     let points: Vec<_> = way.nodes.iter().map(|n| layout.nodes[*n].position_m).collect();

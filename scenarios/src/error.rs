@@ -34,13 +34,17 @@ impl ScenarioError {
 
 /// The sentence of [`Problem::OutOfRange`]: limits that are none are not named.
 fn out_of_range(found: f64, low: f64, high: f64, unit: &str) -> String {
+    format!("found {found}, allowed is {}", limits(low, high, unit))
+}
+
+fn limits(low: f64, high: f64, unit: &str) -> String {
     let allowed = match (low.is_finite(), high.is_finite()) {
         (true, true) => format!("{low} to {high} {unit}"),
         (true, false) => format!("{low} {unit} or more"),
         (false, true) => format!("{high} {unit} or less"),
         (false, false) => format!("a number {unit}"),
     };
-    format!("found {found}, allowed is {}", allowed.trim_end())
+    allowed.trim_end().to_owned()
 }
 
 /// What is wrong with a value, and what is allowed in its place.
@@ -159,6 +163,24 @@ pub enum Problem {
         /// End.
         to: String,
     },
+    /// Two names of a route of which the second is not reached from the first.
+    #[error(
+        "no way from \"{from}\" to \"{to}\" but over others that have a name; {}",
+        match connected.split_first() {
+            None => format!("nothing that has a name meets \"{from}\""),
+            Some((nearest, rest)) if rest.is_empty() => format!("\"{nearest}\" meets \"{from}\""),
+            Some((nearest, rest)) =>
+                format!("\"{nearest}\" meets \"{from}\" nearest to it, and so do {}", rest.join(", ")),
+        }
+    )]
+    Apart {
+        /// The first.
+        from: String,
+        /// The second.
+        to: String,
+        /// What the first one meets, the nearest to the second one first.
+        connected: Vec<String>,
+    },
     /// A data file with a damaged line.
     #[error("found \"{}\", needed is {needed}", brief(found))]
     Line {
@@ -170,6 +192,36 @@ pub enum Problem {
     /// A model refused the value.
     #[error("{0}")]
     Model(Box<dyn std::error::Error + Send + Sync>),
+}
+
+impl Problem {
+    /// What stands there, where that is one value.
+    #[must_use]
+    pub fn found(&self) -> Option<String> {
+        match self {
+            Self::WrongKind { found, .. }
+            | Self::NotAllowed { found, .. }
+            | Self::Duplicate { found, .. }
+            | Self::Line { found, .. } => Some(brief(found)),
+            Self::OutOfRange { found, .. } | Self::Order { found, .. } => Some(found.to_string()),
+            _ => None,
+        }
+    }
+
+    /// What may stand there in its place, where that can be said.
+    #[must_use]
+    pub fn allowed(&self) -> Option<String> {
+        match self {
+            Self::UnknownKey { allowed, .. } | Self::NotAllowed { allowed, .. } => {
+                Some(allowed.clone())
+            }
+            Self::Missing { needed } | Self::WrongKind { needed, .. } => Some(needed.clone()),
+            Self::OutOfRange { low, high, unit, .. } => Some(limits(*low, *high, unit)),
+            Self::Order { needed, .. } | Self::Line { needed, .. } => Some((*needed).to_owned()),
+            Self::Apart { connected, .. } if !connected.is_empty() => Some(connected.join(", ")),
+            _ => None,
+        }
+    }
 }
 
 /// What fits into one line of a message: a damaged file may have a megabyte in place of a word.

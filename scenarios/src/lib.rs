@@ -35,6 +35,7 @@ pub mod tracking;
 pub mod traffic;
 pub mod types;
 pub mod vary;
+pub mod via;
 pub mod warnings;
 pub mod weather;
 

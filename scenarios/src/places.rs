@@ -1,6 +1,7 @@
 //! Stands and nodes of a layout by name, and the ways between them: a scene may have ten thousand movers.
 
 use models::airport::{Airport, Stand};
+use models::traffic::network::Network;
 use models::traffic::ways::Graph;
 use models::truth::route::{self, Route};
 use std::cell::OnceCell;
@@ -13,6 +14,7 @@ pub(crate) struct Places<'a> {
     nodes: BTreeMap<&'a str, usize>,
     numbers: BTreeMap<&'a str, usize>,
     graph: OnceCell<Graph>,
+    network: OnceCell<Network>,
 }
 
 /// Index by name; of equal names the first.
@@ -32,6 +34,7 @@ impl<'a> Places<'a> {
             nodes: by_name(layout.nodes.iter().map(|n| &*n.name)),
             numbers: by_name(layout.details.numbers.iter().map(|n| &**n)),
             graph: OnceCell::new(),
+            network: OnceCell::new(),
         }
     }
 
@@ -52,6 +55,11 @@ impl<'a> Places<'a> {
                 .or_else(|| self.stand(name).and_then(|s| s.node))
                 .or_else(|| numbered(name)),
         }
+    }
+
+    /// The network that traffic drives on.
+    pub(crate) fn network(&self) -> &Network {
+        self.network.get_or_init(|| Network::of(self.layout))
     }
 
     pub(crate) fn shortest(&self, from: usize, to: usize) -> Option<Route> {

@@ -13,6 +13,7 @@ use crate::run::Run;
 use crate::schedule::{self, Behaving, handover};
 use crate::shapes::ShapeSet;
 use crate::types::{self, TypeRow, TypeTable};
+use crate::via::{self, NoWay};
 use crate::{TruthOf, data_file};
 use models::airport::Runway;
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
@@ -358,32 +359,46 @@ fn routed(
     let at_line = |line: usize, problem| {
         ScenarioError::new(section.file(), line, format!("{}.via", section.path()), problem)
     };
-    let mut nodes = Vec::with_capacity(via.len());
-    for (name, line) in &via {
-        nodes.push(places.node(name).ok_or_else(|| {
-            let allowed = "a stand, or the number of a node, of the ground network".into();
-            at_line(*line, Problem::NotAllowed { found: name.clone(), allowed })
-        })?);
-    }
-    let mut points = vec![layout.nodes[nodes[0]].position_m];
-    let mut index_of = vec![0];
-    for (pair, named) in nodes.windows(2).zip(via.windows(2)) {
-        let way = places.shortest(pair[0], pair[1]).ok_or_else(|| {
-            let (from, to) = (named[0].0.clone(), named[1].0.clone());
-            at_line(named[1].1, Problem::NoRoute { from, to })
+    let between = |at: usize| at > 0 && at + 1 < via.len();
+    let plain =
+        via.iter().enumerate().all(|(at, (name, _))| via::is_plain(layout, name, between(at)));
+    let (points, index_of) = if plain {
+        let nodes: Vec<usize> = via.iter().filter_map(|(name, _)| places.node(name)).collect();
+        let mut points = vec![layout.nodes[nodes[0]].position_m];
+        let mut index_of = vec![Some(0)];
+        for (pair, named) in nodes.windows(2).zip(via.windows(2)) {
+            let way = places.shortest(pair[0], pair[1]).ok_or_else(|| {
+                let (from, to) = (named[0].0.clone(), named[1].0.clone());
+                at_line(named[1].1, Problem::NoRoute { from, to })
+            })?;
+            points.extend(way.nodes.iter().skip(1).map(|n| layout.nodes[*n].position_m));
+            index_of.push(Some(points.len() - 1));
+        }
+        (points, index_of)
+    } else {
+        let names: Vec<&str> = via.iter().map(|(name, _)| name.as_str()).collect();
+        let way = via::way(layout, places.network(), &names).map_err(|refused| match refused {
+            NoWay::Name(at, allowed) => {
+                at_line(via[at].1, Problem::NotAllowed { found: via[at].0.clone(), allowed })
+            }
+            NoWay::Apart(at, connected) => {
+                let (from, to) = (via[at.max(1) - 1].0.clone(), via[at].0.clone());
+                at_line(via[at].1, Problem::Apart { from, to, connected })
+            }
         })?;
-        points.extend(way.nodes.iter().skip(1).map(|n| layout.nodes[*n].position_m));
-        index_of.push(points.len() - 1);
-    }
+        (way.points_m, way.index_of)
+    };
     let mut halts = Vec::new();
     for halt in section.sections("halts", &words(keys::HALT))? {
         let at = halt.need_text("at", "one of the names in via")?;
-        let index = via.iter().position(|(name, _)| name == at).ok_or_else(|| {
-            let names: Vec<_> = via.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+        // Along a taxiway there is no one place.
+        let places_of = || via.iter().zip(&index_of).filter_map(|((n, _), i)| Some((n, (*i)?)));
+        let point = places_of().find(|(name, _)| *name == at).ok_or_else(|| {
+            let names: Vec<_> = places_of().map(|(name, _)| format!("\"{name}\"")).collect();
             halt.refuse("at", Problem::NotAllowed { found: at.into(), allowed: names.join(", ") })
         })?;
         let duration_s = halt.need_number("duration_s", within(0.0, 86_400.0, "s"))?;
-        halts.push(Halt { point: index_of[index], duration_s });
+        halts.push(Halt { point: point.1, duration_s });
     }
     halts.sort_by_key(|h| h.point);
     if !with_truth {
