@@ -4,7 +4,7 @@ use crate::runtime::cli::out;
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
 use clap::{Args, Subcommand};
 use scenarios::warnings::Warning;
-use scenarios::{reference, template, warnings};
+use scenarios::{ScenarioError, reference, template, warnings};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -80,17 +80,27 @@ fn check(file: &str, as_json: bool, strict: bool) -> ExitCode {
     let read = scenarios::text_of(&path).and_then(|text| warnings::check(&path, &text));
     match read {
         Err(error) => {
+            let text = scenarios::text_of(&path).unwrap_or_default();
+            let all = warnings::errors(&path, &text, error);
             if as_json {
-                out!("{}", json!({"file": path, "error": error.to_string(), "warnings": []}));
+                let errors: Vec<_> = all.iter().map(as_fields).collect();
+                let first = all[0].to_string();
+                out!("{}", json!({"file": path, "error": first, "errors": errors, "warnings": []}));
             }
-            fail(BAD_INPUT, error)
+            all.into_iter().for_each(|error| {
+                fail(BAD_INPUT, error);
+            });
+            ExitCode::from(BAD_INPUT)
         }
         Ok((scene, found)) => {
             let lines: Vec<String> = found.iter().map(|w| line(&path, w)).collect();
             if as_json {
-                let of = |w: &Warning| json!({"number": w.word(), "line": w.line, "key": w.key, "text": w.text});
+                let of = |w: &Warning| json!({"number": w.word(), "file": path, "line": w.line, "key": w.key, "text": w.text});
                 let warnings: Vec<_> = found.iter().map(of).collect();
-                out!("{}", json!({"file": path, "warnings": warnings, "read": scene.warnings}));
+                out!(
+                    "{}",
+                    json!({"file": path, "errors": [], "warnings": warnings, "read": scene.warnings})
+                );
             } else {
                 scene.warnings.iter().chain(&lines).for_each(|line| out!("{line}"));
                 let (movers, sensors) = (scene.traffic.entities.len(), scene.sensors.len());
@@ -101,6 +111,14 @@ fn check(file: &str, as_json: bool, strict: bool) -> ExitCode {
             if strict && warned { ExitCode::from(FAILED) } else { ExitCode::SUCCESS }
         }
     }
+}
+
+/// An error by its parts; null where the sentence alone says it.
+fn as_fields(error: &ScenarioError) -> serde_json::Value {
+    json!({
+        "file": error.file, "line": error.line, "key": error.key,
+        "found": error.problem.found(), "allowed": error.problem.allowed(), "text": error.problem.to_string(),
+    })
 }
 
 fn line(path: &Path, warning: &Warning) -> String {

@@ -405,6 +405,23 @@ impl Section {
         Ok(sections)
     }
 
+    /// The tables below `key`, one or several, whatever keys they have; empty where it holds none.
+    pub(crate) fn tables(&self, key: &str) -> Vec<Self> {
+        let Some(item) = self.item(key) else { return Vec::new() };
+        match &item.value {
+            Value::Table(entries) => vec![self.child(self.key_path(key), item.line, entries)],
+            Value::List(list) => {
+                let one = |(index, item): (usize, &Item)| {
+                    let Value::Table(entries) = &item.value else { return None };
+                    let path = format!("{}[{}]", self.key_path(key), index + 1);
+                    Some(self.child(path, item.line, entries))
+                };
+                list.iter().enumerate().filter_map(one).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// Path of a file named by `key`, from the folder of the scene; it has to exist.
     ///
     /// # Errors

@@ -2,6 +2,11 @@
 //!
 //! `# seeds: allow W07` on the line of a warning silences it.
 
+mod errors;
+mod movers;
+
+pub use errors::errors;
+
 use crate::control::Sees;
 use crate::document::Section;
 use crate::error::ScenarioError;
@@ -211,23 +216,23 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
         };
         say(12, root, "traffic", text.into());
     }
-    let movers = scene.traffic.entities.len();
-    if movers > 1000 {
+    let count = scene.traffic.entities.len();
+    if count > 1000 {
         say(
             13,
             root,
             "traffic",
-            format!("{movers} movers: more than the page draws smoothly; run it with --no-viewer"),
+            format!("{count} movers: more than the page draws smoothly; run it with --no-viewer"),
         );
     }
-    if scene.accuracy.position_m == 0.0 && movers > 100 {
+    if scene.accuracy.position_m == 0.0 && count > 100 {
         let accuracy = root.any_section("accuracy")?.unwrap_or_else(|| root.empty("accuracy"));
         say(
             14,
             &accuracy,
             "position_m",
             format!(
-                "a tolerance of 0 simulates everything exactly for {movers} movers: slow; 0.1 is the default"
+                "a tolerance of 0 simulates everything exactly for {count} movers: slow; 0.1 is the default"
             ),
         );
     }
@@ -248,6 +253,9 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
                 ),
             );
         }
+    }
+    for (number, section, key, text) in movers::of(scene, &traffic, &sensors)? {
+        say(number, &section, key, text);
     }
     for (section, key, holds) in idle(scene, root, &sensors)? {
         say(16, &section, key, format!("does nothing here: it holds {holds}"));

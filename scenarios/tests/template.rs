@@ -136,3 +136,127 @@ fn what_is_silly_is_said_with_number_line_and_cure_and_can_be_silenced() {
     let words: Vec<String> = found.iter().map(|w| w.word()).collect();
     assert_eq!(words, ["W03", "W03", "W01"], "{found:?}");
 }
+
+/// Each is said of a scene that has it, at its line, and not of the one that it was made of.
+#[test]
+fn movers_stands_runways_and_sensors_that_lead_to_nothing_are_said() {
+    let text = std::fs::read_to_string(zurich()).expect("zurich");
+    let route = |via: &str, start_s: u32| {
+        format!(
+            "\n[[traffic]]\nkind = \"route\"\ncallsign = \"CAR9\"\ntype = \"FOLLOWME\"\nvia = [{via}]\nstart_s = {start_s}\n"
+        )
+    };
+    let sensor = |more: &str| format!("\n[[sensor]]\nname = \"one more\"\n{more}\n");
+    let short = "kind = \"asde\"\nparameters = \"ku_asde3\"\noverrides = { range_max_m = 1500 }\nsite = { east_m = 3500, north_m = 4500, height_m = 20 }";
+    for (number, key, silly, sound) in [
+        ("W17", "via", route("\"E_19\", \"D_57\"", 590), route("\"E_19\", \"D_57\"", 5)),
+        ("W18", "site", sensor(short), sensor(&short.replace("1500", "7400"))),
+        (
+            "W18",
+            "equipped",
+            sensor("kind = \"gps\"\nequipped = 0"),
+            sensor("kind = \"gps\"\nequipped = 1"),
+        ),
+        (
+            "W19",
+            "via",
+            route("\"E_19\", \"runway 28\", \"D_57\"", 5),
+            route("\"Terminal_A_Gate_48\", \"D_57\"", 5),
+        ),
+    ] {
+        let of = |more: &str| {
+            let (_, found) =
+                check(&zurich(), &format!("{text}{more}")).unwrap_or_else(|e| panic!("{e}"));
+            found.into_iter().filter(|w| w.word() == number).collect::<Vec<_>>()
+        };
+        let found = of(&silly);
+        assert_eq!(found.len(), 1, "{number}: {found:?}");
+        let whole = format!("{text}{silly}");
+        let line = whole.lines().nth(found[0].line - 1).expect("a line");
+        assert!(line.starts_with(key) || line.contains(&format!("{key} =")), "{found:?} at {line}");
+        assert!(of(&sound).is_empty(), "{number}: {:?}", of(&sound));
+        let silenced = silly.replacen(line, &format!("{line} # seeds: allow {number}"), 1);
+        assert!(of(&silenced).is_empty(), "{number} is silenced");
+    }
+}
+
+/// An A388 on a stand of code B, one that lies on a taxiway, a recording that is too fast for its type, and an arrival after the end.
+#[test]
+fn stands_and_types_that_do_not_fit_are_said() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fits.toml");
+    let text = |traffic: &str| {
+        format!(
+            "[run]\ntitle = \"t\"\nseed = 3\nstart = 2026-06-01T09:00:00Z\nduration_s = 600\n[airport]\nlayout = \"airports/XSYN.apt.dat\"\n\
+             [[sensor]]\nkind = \"gps\"\nname = \"GPS\"\n{traffic}"
+        )
+    };
+    let found = |traffic: &str, number: &str| {
+        let text = text(traffic);
+        let (_, found) = check(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+        let found: Vec<_> = found.into_iter().filter(|w| w.word() == number).collect();
+        let line = found.first().map(|w| text.lines().nth(w.line - 1).expect("a line").to_owned());
+        (found.len(), line.unwrap_or_default())
+    };
+    let layout =
+        scenarios::airport::check(&path.with_file_name("airports/XSYN.apt.dat")).expect("read").0;
+    let code = |letter: char| {
+        let codes = layout.stands.iter().zip(&layout.details.stands);
+        let found = codes.clone().find(|(_, d)| d.code == Some(letter));
+        found.map(|(stand, _)| stand.name.clone())
+    };
+    let parked = |designator: &str, stand: &str| {
+        format!(
+            "[[traffic]]\nkind = \"parked\"\ncallsign = \"S1\"\ntype = \"{designator}\"\nstand = \"{stand}\"\n"
+        )
+    };
+    let small = code('C').expect("a stand of code C");
+    assert_eq!(found(&parked("A388", &small), "W21").0, 1);
+    assert!(found(&parked("A388", &small), "W21").1.starts_with("stand = "));
+    assert_eq!(found(&parked("A320", &small), "W21").0, 0);
+    let landing = |eta_s: u32| {
+        format!(
+            "{}flight = {{ movement = \"arrival\", runway = \"09\", stand = \"{small}\", eta_ctd_s = {eta_s} }}\n",
+            parked("A320", &small)
+        )
+    };
+    assert_eq!(found(&landing(700), "W17").0, 1);
+    assert_eq!(found(&landing(300), "W17").0, 0);
+    assert_eq!(found(&landing(300), "W23").0, 0);
+    assert_eq!(found(&parked("A320", &small), "W22").0, 0);
+}
+
+/// The reader ends at the first error; the rest is found by the tables of keys, and each says its parts.
+#[test]
+fn all_that_is_wrong_is_said_at_once_by_line_key_found_and_allowed() {
+    let text = std::fs::read_to_string(zurich()).expect("zurich");
+    let wrong = text
+        .replacen("seed = 1\n", "sed = 1\n", 1)
+        .replacen("visibility_m = 400", "visibility_m = -4", 1)
+        .replacen("type = \"FIRE\"", "type = \"FIRE\"\nspeed_kt = 20\nspeed = 1", 1)
+        .replacen("[tracking]\n", "[tracking]\nfilter = \"magic\"\n", 1);
+    let first = check(&zurich(), &wrong).expect_err("wrong");
+    let all = scenarios::warnings::errors(&zurich(), &wrong, first);
+    let lines: Vec<&str> = wrong.lines().collect();
+    let said: Vec<(&str, Option<String>, bool)> = all
+        .iter()
+        .map(|e| (&e.key[..], e.problem.found(), e.problem.allowed().is_some()))
+        .collect();
+    let (unknown, out) = ((None, true), |found: &str| (Some(found.to_owned()), true));
+    for (key, (found, allowed)) in [
+        ("run.sed", unknown.clone()),
+        ("weather.timeline[2].visibility_m", out("-4")),
+        ("traffic[8].speed_kt", unknown.clone()),
+        ("traffic[8].speed", unknown),
+        ("tracking.filter", out("magic")),
+    ] {
+        assert!(said.contains(&(key, found, allowed)), "{key}: {said:?}");
+        let error = all.iter().find(|e| e.key == key).expect("found");
+        let word = key.rsplit('.').next().expect("a word");
+        assert!(lines[error.line - 1].contains(word), "{key} is not in line {}", error.line);
+    }
+    assert_eq!(all.len(), 5, "nothing else: {said:?}");
+    // Of a sound scene with one error it is that one.
+    let one = text.replacen("seed = 1\n", "sed = 1\n", 1);
+    let first = check(&zurich(), &one).expect_err("wrong");
+    assert_eq!(scenarios::warnings::errors(&zurich(), &one, first).len(), 1);
+}
