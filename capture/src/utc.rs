@@ -21,7 +21,9 @@ impl fmt::Display for Utc {
 
 /// A text that is no time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no time: seconds from the start (12.5) or UTC (2026-11-20T23:30:00Z) are")]
+#[error(
+    "`{0}` is not a valid time: seconds from the start (12.5) or UTC (2026-11-20T23:30:00Z) are"
+)]
 pub struct BadTime(pub String);
 
 /// A time in a recording: from its start, or UTC.

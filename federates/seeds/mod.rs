@@ -22,6 +22,7 @@ pub mod plan;
 mod plan_report;
 pub mod player;
 pub mod record;
+mod recorded;
 pub mod reference;
 pub mod replay;
 pub mod report;

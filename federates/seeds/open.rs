@@ -1,5 +1,6 @@
 //! `seeds open`: the page on runs that are finished, or that another process keeps.
 
+use super::recorded::{Made, recording_alone};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use crate::runtime::clock::monotonic_ns;
@@ -17,13 +18,17 @@ use std::time::Duration;
 /// Show the page on finished runs, any of up to 8 side by side
 #[derive(Args, Clone, Debug)]
 pub struct OpenArgs {
-    /// A folder of runs/ or its name there, a database (run.sqlite), a fork.toml, or `last` for the newest
+    /// A folder of runs/ or its name there, a database (run.sqlite), a fork.toml, a recording (pcapng, pcap), or `last` for the newest
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<String>,
 
     /// Address and port of the page; port 0: any free one [default: 127.0.0.1:8600, or the next free port]
     #[arg(long, value_name = "ADDR:PORT", value_parser = cli::page)]
     page: Option<SocketAddr>,
+
+    /// Scene of recordings that have no database beside them: an SMDFM runs over them first; without it they show truth alone
+    #[arg(long, value_name = "FILE")]
+    scene: Option<String>,
 
     /// Open a browser on it
     #[arg(long)]
@@ -34,8 +39,20 @@ pub struct OpenArgs {
 #[must_use]
 pub fn run(args: &OpenArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
-    let mut viewers = Vec::new();
+    let (mut viewers, mut made) = (Vec::new(), Made::default());
+    let recordings = args.runs.iter().filter_map(|word| recording_alone(word)).count();
+    if args.scene.is_some() && recordings == 0 {
+        return fail(BAD_INPUT, "--scene is for recordings without a database, and none is named");
+    }
     for word in &args.runs {
+        if let Some(recording) = recording_alone(word) {
+            let database = made.of(&recording, args.scene.as_deref());
+            match database.and_then(|file| Ok(opened::viewer(&file)?)) {
+                Ok(viewer) => viewers.push(viewer),
+                Err(error) => return fail(BAD_INPUT, format!("{error:#}")),
+            }
+            continue;
+        }
         let found = match opened::databases(word, Path::new(RUNS)) {
             Ok(found) => found,
             Err(error) => return fail(BAD_INPUT, error),

@@ -74,7 +74,8 @@ fn vary(text: &str) -> Result<Vary, String> {
 }
 
 fn seeds(text: &str) -> Result<Seeds, String> {
-    let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("'{t}' is no seed"));
+    let number =
+        |t: &str| t.trim().parse::<u64>().map_err(|_| format!("'{t}' is not a valid seed"));
     let mut list = Vec::new();
     for part in text.split(',') {
         match part.split_once("..") {

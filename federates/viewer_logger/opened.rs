@@ -22,7 +22,7 @@ pub enum OpenError {
     NoRuns(PathBuf),
     /// A recording alone.
     #[error(
-        "{}: is a recording without its database (run.sqlite beside it), and only a database can be opened",
+        "{}: is a recording without its database (of the same name, beside it); `seeds open` makes one for the time that it shows it",
         .0.display()
     )]
     Recording(PathBuf),

@@ -12,7 +12,9 @@ pub fn with_key(text: &str, key: &str, value: &str) -> Result<String, String> {
         text.parse().map_err(|e: toml::de::Error| e.message().to_owned())?;
     let parts: Vec<&str> = key.split('.').collect();
     let Some((last, path)) = parts.split_last().filter(|(last, _)| !last.is_empty()) else {
-        return Err(format!("{key:?} is no key; for example tracking.profile or sensor.0.site"));
+        return Err(format!(
+            "{key:?} is not a valid key; for example tracking.profile or sensor.0.site"
+        ));
     };
     let written = match path.split_first() {
         None => {
@@ -30,9 +32,9 @@ pub fn with_key(text: &str, key: &str, value: &str) -> Result<String, String> {
         toml::Value::Array(list) => {
             let count = list.len();
             let place = last.parse::<usize>().ok().and_then(|i| list.get_mut(i));
-            *place
-                .ok_or_else(|| format!("{key}: {last:?} is no number from 0 to below {count}"))? =
-                parsed(value);
+            *place.ok_or_else(|| {
+                format!("{key}: {last:?} is not a number from 0 to below {count}")
+            })? = parsed(value);
         }
         _ => return Err(format!("{key}: what stands before {last:?} is neither table nor list")),
     }
@@ -110,8 +112,8 @@ mod tests {
             ("sensor.mlat.rpm", "no \"mlat\""),
             ("run.seed.x", "neither table nor list"),
             ("sensor.0.site.7", "below 2"),
-            ("", "no key"),
-            ("run.", "no key"),
+            ("", "not a valid key"),
+            ("run.", "not a valid key"),
         ] {
             let refused = with_key(SCENE, key, "1").expect_err(key);
             assert!(refused.contains(words), "{key}: {refused}");

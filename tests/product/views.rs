@@ -108,12 +108,62 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
     }
     forks_of_forks_and_again(&folder, &run, &parent);
     fork_from_the_page(&run);
+    a_recording_alone_is_opened(&folder, &run, &parent);
     let refused = Command::new(env!("CARGO_BIN_EXE_seeds"))
         .args(["fork", run.to_str().expect("a name"), "--at", "4000"])
         .output()
         .expect("seeds starts");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("lasts from 0 to 90"));
+}
+
+/// Of a recording without its database: with the scene what the run was, octet by octet; without it the truth as the PDUs say it.
+fn a_recording_alone_is_opened(folder: &Folder, run: &Path, parent: &Archive) {
+    let alone = folder.0.join("alone.pcapng");
+    std::fs::copy(run.join("run.pcapng"), &alone).expect("copied");
+    let made = |more: &[&str]| {
+        let temporary = folder.0.join(format!("tmp{}", more.len()));
+        std::fs::create_dir_all(&temporary).expect("a folder");
+        let mut open = Command::new(env!("CARGO_BIN_EXE_seeds"))
+            .args(["open", alone.to_str().expect("a name"), "--page", "127.0.0.1:0"])
+            .args(more)
+            .env("TMPDIR", &temporary)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("seeds starts");
+        let mut line = String::new();
+        let out = open.stdout.take().expect("its output");
+        std::io::BufReader::new(out).read_line(&mut line).expect("an address");
+        assert!(line.starts_with("http://"), "{line}");
+        let inside = std::fs::read_dir(&temporary).expect("a folder").flatten().next();
+        let database = inside.expect("a folder of its own").path().join("alone.sqlite");
+        let archive = Archive::open(&database).expect("a database");
+        open.kill().ok();
+        open.wait().ok();
+        archive
+    };
+    let whole = made(&["--scene", "zurich"]);
+    assert!(different(parent, &whole).is_empty());
+    assert_eq!(whole.fact("digest"), parent.fact("digest"));
+    let truth = made(&[]);
+    let report = |archive: &Archive, scan| archive.report(scan).expect("read").expect("a scan");
+    let (ours, theirs) = (report(parent, 60), report(&truth, 60));
+    assert!(theirs.tracks.is_empty() && theirs.plots.is_empty());
+    assert!(ours.truth.len() > 3, "{}", ours.truth.len());
+    assert_eq!(ours.truth.len(), theirs.truth.len());
+    // Around another reference point: distances of pairs are the same.
+    let far = |report: &federates::runtime::messages::ScanReport, a: usize, b: usize| {
+        let at = |name: &str| {
+            let one = report.truth.iter().find(|t| t.callsign == name).expect("there");
+            [one.position_m.x, one.position_m.y]
+        };
+        let (p, q) = (at(&ours.truth[a].callsign), at(&ours.truth[b].callsign));
+        (p[0] - q[0]).hypot(p[1] - q[1])
+    };
+    for (a, b) in [(0, 1), (1, 2), (0, 3)] {
+        let (here, there) = (far(&ours, a, b), far(&theirs, a, b));
+        assert!((here - there).abs() < 0.5 + 1e-3 * here, "{a}, {b}: {here} and {there} m");
+    }
 }
 
 /// A fork is forked, and made again by its file: the same octets. A file of another run is refused.

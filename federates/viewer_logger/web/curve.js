@@ -34,7 +34,7 @@ export class Curve {
     this.plot?.redraw(false, false);
   }
 
-  /** Builds anew with the colours of the style sheet. */
+  /** Builds it again with the colours of the style sheet. */
   colours() {
     this.plot?.destroy();
     this.plot = null;

@@ -8,7 +8,7 @@ export function draftOf(text, past = []) {
   return {
     text,
     past,
-    /** The next text; the same again is no step. */
+    /** The next text; the same again is not a step. */
     to(next) {
       return next === text ? this : draftOf(next, [...past, text].slice(-MOST_UNDO));
     },

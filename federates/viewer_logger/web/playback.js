@@ -137,7 +137,7 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
     play: () => setPlaying(!state.playing), live: () => setLive(true),
   };
 
-  /** The columns are asked for anew: other runs are shown. */
+  /** The columns are asked for again: other runs are shown. */
   const forgetStrip = () => (stripAsked = -Infinity);
   return { showScan, showTime, setLive, setPlaying, showTimeline, finished, askStrip, forgetStrip, toEvent, setLoop, askTime, goTo, grantTime, times };
 }

@@ -126,11 +126,11 @@ const STEPS = [
   ["#target", "One target", "Figures, a close-up and its error over the whole run; a click on the curve shows that moment."],
   ["#tab-effects", "Effects", "What every simulated effect did to the plots of the selected target: rain, ground, lobing, noise."],
   ["#tab-filter", "Filters", "The same plots through cheaper and more exact filters, while the run goes on."],
-  ["#line", "Time", "Green to red: the worst error of each moment. Marks are events; [ and ] go from one to the next, J takes a time, A and B make a loop."],
+  ["#line", "Time", "A bar grows and turns from grey to magenta with the worst error of each moment; the notches are 7.5 m. Marks are events; [ and ] go from one to the next, J takes a time, A and B make a loop."],
   ["#layers", "Layers", "What is drawn; keys 1 to 9. Each sensor's plots have a switch of their own."],
   ["#skin", "A controller's view", "Leaves out what only a simulation knows. R and the wheel turn the map."],
   ["#export", "Take it away", "The whole view stands in the address: copy the link, save the picture or the tables."],
-  ["#help-button", "Keys", "All keys are listed here. What if: seeds fork in a terminal. What the tower sees: the address with /eye."],
+  ["#help-button", "Keys", "All keys are listed here. What if… makes a finished run again from the time shown, with something changed. What the tower sees: the address with /eye."],
 ];
 
 /** Shows the steps; `done` is called at the end, or when it is skipped. */

@@ -233,7 +233,7 @@ impl Change {
     ) -> Result<(), String> {
         let m = self.flight() as usize;
         let (Some(f), Some(seen)) = (flights.get_mut(m), seen.get_mut(m)) else {
-            return Err("is no flight of this run".into());
+            return Err("is not a flight of this run".into());
         };
         let departs = f.direction == Direction::Departure;
         if *seen == Seen::Gone {

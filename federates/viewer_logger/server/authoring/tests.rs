@@ -13,7 +13,7 @@ fn new_scene(name: &str) -> (PathBuf, PathBuf) {
     let path = folder.join("own.toml");
     let layout = scenarios::template::layout_of("LZIB").expect("it ships");
     let wanted =
-        scenarios::template::Wanted { layout, path: path.clone(), minutes: 3.0, per_h: 0.0 };
+        scenarios::template::Wanted { layout, path: path.clone(), minutes: 20.0, per_h: 0.0 };
     let (text, _) = scenarios::template::scene(&wanted).expect("a scene");
     std::fs::write(&path, text).expect("written");
     (folder, path)
