@@ -60,7 +60,8 @@ pub struct Life {
     pub delete_least_updates: f64,
     /// A track is deleted when the 95 % radius of its position exceeds this, m.
     pub delete_radius_m: f64,
-    /// How many track numbers there are (from 0). 4096 is what twelve bits hold.
+    /// How many track numbers there are, from 0 on without 4096 to 8191 (those of tracks that plots of outsiders begin). 4096 is what
+    /// twelve bits hold, 61 440 what sixteen do.
     pub numbers: u32,
     /// A number is not given again for this long, s.
     pub number_rest_s: f64,
@@ -301,7 +302,7 @@ impl TrackingConfig {
         config.filter = FilterConfig { rolling: true, q: 1.0, ..FilterConfig::new(Rung::Ca3) };
         config.ring_s = 1.5;
         config.second_ago = false;
-        config.life.numbers = 65_536;
+        config.life.numbers = 61_440;
         config
     }
 

@@ -1,9 +1,12 @@
 //! Track numbers: the next free one after the last given, cyclically, with a rest after use.
 
 use crate::time::SimTime;
+use std::ops::Range;
 
-/// The pools of numbers: 0 to `count − 1` for what is ours, as many behind them for tracks that plots
-/// of outsiders begin, so that outsiders take no number from us.
+/// Numbers of tracks that plots of outsiders begin, so that outsiders take no number from us.
+const OUTSIDE: Range<usize> = 4096..8192;
+
+/// The pools of numbers: those of ours from 0 on, without those of outsiders.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers {
     ours: Pool,
@@ -12,7 +15,6 @@ pub(super) struct Numbers {
 
 #[derive(Clone, Debug)]
 struct Pool {
-    first: usize,
     /// When each number may be given (again); `SimTime(i64::MAX)` while in use.
     free_from: Vec<SimTime>,
     next: usize,
@@ -20,39 +22,40 @@ struct Pool {
 }
 
 impl Numbers {
-    /// Numbers 0 to `count − 1` (at most 65 536), each resting `rest_s` seconds after use.
+    /// `count` numbers for ours (as far as sixteen bits hold them), each resting `rest_s` seconds after use.
     pub(super) fn new(count: u32, rest_s: f64) -> Self {
-        let count = (count as usize).clamp(1, 1 << 16);
-        let pool = |first: usize, count: usize| Pool {
-            first,
-            free_from: vec![SimTime(i64::MIN); count],
-            next: 0,
-            rest_s,
-        };
-        Self { ours: pool(0, count), outside: pool(count, count.min((1 << 16) - count)) }
+        let count = (count as usize).clamp(1, (1 << 16) - OUTSIDE.len());
+        let pool = |count| Pool { free_from: vec![SimTime(i64::MIN); count], next: 0, rest_s };
+        Self { ours: pool(count), outside: pool(OUTSIDE.len()) }
     }
 
     /// The next number that is free and rested at `now`, for a track of ours or of an outsider.
     pub(super) fn take(&mut self, now: SimTime, outside: bool) -> Option<u16> {
-        if outside { self.outside.take(now) } else { self.ours.take(now) }
+        let place = if outside { self.outside.take(now) } else { self.ours.take(now) }?;
+        let shifted = outside || place >= OUTSIDE.start;
+        Some((place + if shifted { OUTSIDE.len() } else { 0 }) as u16)
     }
 
     /// The number's track is gone.
     pub(super) fn give_back(&mut self, number: u16, now: SimTime) {
-        let outside = usize::from(number) >= self.outside.first;
-        let pool = if outside { &mut self.outside } else { &mut self.ours };
-        pool.free_from[usize::from(number) - pool.first] = now.plus_s(pool.rest_s);
+        let number = usize::from(number);
+        let pool = if OUTSIDE.contains(&number) { &mut self.outside } else { &mut self.ours };
+        let place = if number < OUTSIDE.start { number } else { number - OUTSIDE.len() };
+        pool.free_from[place] = now.plus_s(pool.rest_s);
     }
 }
 
+// Places and numbers of both pools differ by one constant.
+const _: () = assert!(OUTSIDE.start == OUTSIDE.end - OUTSIDE.start);
+
 impl Pool {
-    fn take(&mut self, now: SimTime) -> Option<u16> {
+    fn take(&mut self, now: SimTime) -> Option<usize> {
         let count = self.free_from.len();
-        let number =
+        let place =
             (0..count).map(|k| (self.next + k) % count).find(|&n| self.free_from[n] <= now)?;
-        self.free_from[number] = SimTime(i64::MAX);
-        self.next = (number + 1) % count;
-        Some((self.first + number) as u16)
+        self.free_from[place] = SimTime(i64::MAX);
+        self.next = (place + 1) % count;
+        Some(place)
     }
 }
 
@@ -68,12 +71,35 @@ mod tests {
             if let Some((number, s)) = back {
                 numbers.give_back(number, at(s));
             }
-            assert!(numbers.take(now, true).is_none_or(|n| (3..6).contains(&n)), "behind ours");
+            assert!(numbers.take(now, true).is_some_and(|n| n >= 4096), "behind ours");
             numbers.take(now, false)
         };
         assert_eq!([0, 1, 2].map(|_| ours(at(0.0), None)), [Some(0), Some(1), Some(2)]);
         assert_eq!(ours(at(0.0), None), None);
         assert_eq!(ours(at(64.0), Some((1, 5.0))), None, "still resting");
         assert_eq!(ours(at(65.0), None), Some(1));
+    }
+
+    #[test]
+    fn outsiders_have_4096_to_8191_whatever_there_is_for_ours() {
+        let now = SimTime::from_s(0.0);
+        for count in [1, 3, 4096, 5000, 61_440, 65_536] {
+            let mut numbers = Numbers::new(count, 60.0);
+            let all = |numbers: &mut Numbers, outside| -> Vec<u16> {
+                std::iter::from_fn(|| numbers.take(now, outside)).collect()
+            };
+            let (ours, theirs) = (all(&mut numbers, false), all(&mut numbers, true));
+            assert_eq!(theirs, (4096..8192).collect::<Vec<u16>>(), "{count}");
+            let free = (0..=u16::MAX).filter(|n| !(4096..8192).contains(n));
+            assert_eq!(ours, free.take(count as usize).collect::<Vec<u16>>(), "{count}");
+            // Each comes back to where it is from.
+            for number in [ours[ours.len() - 1], 0, 4096, 8191] {
+                numbers.give_back(number, now);
+                let later = SimTime::from_s(60.0);
+                let outside = (4096..8192).contains(&number);
+                assert_eq!(numbers.take(later, !outside), None, "{count}");
+                assert_eq!(numbers.take(later, outside), Some(number), "{count}");
+            }
+        }
     }
 }
