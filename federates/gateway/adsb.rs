@@ -4,13 +4,14 @@
 //! nothing, unless addresses are to be invented.
 
 use super::Gateway;
-use super::items::pressure_altitude_m;
-use super::plots::ON_GROUND_M;
-use crate::runtime::messages::{ScanReport, TruthMessage};
+use super::items::{nac_p, pressure_altitude_m};
+use super::plots;
+use crate::runtime::messages::{PlotMessage, ScanReport, TruthMessage};
 use geodesy::Enu;
 use mode_s::sbs::{self, Line, Says};
 use mode_s::{Due, Emitter, FOOT_M, Reading, Schedule, Target, beast, read};
-use models::flight_list::WakeCategory;
+use models::flight_list::{MovementKind, WakeCategory};
+use models::plot::ON_GROUND_M;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 

@@ -5,9 +5,10 @@ use super::{Gateway, Source};
 use crate::runtime::messages::{FlightNotice, PlotMessage, ScanReport};
 use asterix::{EncodeError, Packer, cat010, cat020, cat021};
 use models::flight_list::MovementKind;
+use models::plot::ON_GROUND_M;
 
-/// Height above the reference below which a target that reports itself counts as on the ground, m.
-pub(crate) const ON_GROUND_M: f64 = 15.0;
+/// Nautical mile, m.
+const NM_M: f64 = 1852.0;
 
 /// Adds the record of a plot.
 ///
@@ -27,6 +28,18 @@ pub fn record(
         20 => report.record_020(packer),
         21 => report.record_021(packer, scan.time_ns),
         _ => report.record_010(packer),
+    }
+}
+
+/// The address of who reports an identity: of its flight, or the identity itself.
+pub(super) fn address(flight: Option<&FlightNotice>, identity: &str) -> Option<u32> {
+    let of_identity = || {
+        let digits = identity.len() == 6 && identity.bytes().all(|b| b.is_ascii_hexdigit());
+        digits.then(|| u32::from_str_radix(identity, 16).ok()).flatten()
+    };
+    match flight {
+        Some(flight) => flight.address,
+        None => of_identity(),
     }
 }
 
@@ -57,15 +70,7 @@ impl Report<'_> {
     }
 
     fn address(&self) -> Option<u32> {
-        let of_identity = || {
-            let text = &self.plot.identity;
-            let digits = text.len() == 6 && text.bytes().all(|b| b.is_ascii_hexdigit());
-            digits.then(|| u32::from_str_radix(text, 16).ok()).flatten()
-        };
-        match self.flight {
-            Some(flight) => flight.address,
-            None => of_identity(),
-        }
+        address(self.flight, &self.plot.identity)
     }
 
     /// The call sign that was reported (an address is not one).
@@ -82,6 +87,13 @@ impl Report<'_> {
         self.flight
             .filter(|f| f.movement == MovementKind::Vehicle)
             .map(|f| fleet(&f.type_designator))
+    }
+
+    /// Speed over ground, m/s, and track, degrees, as the target told them.
+    fn vector(&self) -> Option<[f64; 2]> {
+        let [east_mps, north_mps] = self.plot.velocity_mps?;
+        let track_deg = libm::atan2(east_mps, north_mps).to_degrees().rem_euclid(360.0);
+        Some([libm::hypot(east_mps, north_mps), track_deg])
     }
 
     fn time_s(&self) -> f64 {
@@ -173,11 +185,16 @@ impl Report<'_> {
             items.put(&cat021::I071, &[self.time_s()])?;
             items.put(&cat021::I131, &self.gateway.place(plot.position_m.into()))?;
             items.put(&cat021::I080, &[self.address().unwrap_or(0)])?;
+            // A report has the time at which it was sent; what it is late by lies in its position. It is received then.
+            items.put(&cat021::I073, &[self.time_s()])?;
             if let Some(height_m) = plot.altitude_m {
                 items.put(&cat021::I140, &[(height_m + self.gateway.elevation_m) / FOOT_M])?;
             }
             items.put(&cat021::I090, &[0, 0, 0, 0, nac_p(plot.cov_m2)])?;
             items.put(&cat021::I210, &[0, 2, 2])?;
+            if let Some([speed_mps, track_deg]) = self.vector().filter(|_| self.on_ground() == 0) {
+                items.put(&cat021::I160, &[0.0, speed_mps / NM_M, track_deg])?;
+            }
             items.put(&cat021::I077, &[self.gateway.of_day_s(scan_end_ns)])?;
             if let Some(callsign) = self.callsign() {
                 items.put(&cat021::I170, &[callsign.as_str()])?;
@@ -188,10 +205,8 @@ impl Report<'_> {
                 items.put(&cat021::I020, &[category])?;
             }
             // Speed and track on the ground have no item of their own: surface ground vector of the reserved expansion field.
-            if let Some([east_mps, north_mps]) = plot.velocity_mps.filter(|_| self.on_ground() == 1)
-            {
-                let speed_kt = libm::hypot(east_mps, north_mps) / mode_s::KNOT_MPS;
-                let track_deg = libm::atan2(east_mps, north_mps).to_degrees().rem_euclid(360.0);
+            if let Some([speed_mps, track_deg]) = self.vector().filter(|_| self.on_ground() == 1) {
+                let speed_kt = speed_mps / mode_s::KNOT_MPS;
                 let (stopped, moves) = (f64::from(u8::from(speed_kt == 0.0)), speed_kt > 0.0);
                 items.compound(&cat021::RE, |sub| {
                     // Valid, a track, from true north.

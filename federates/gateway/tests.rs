@@ -24,6 +24,7 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
         acceleration_ms2: [0.5, 0.0],
         velocity_cov_m2s2: [1.0, 0.0, 0.25],
         altitude_m: Some(120.0),
+        altitude_ns: None,
         heading_rad: 0.5,
         manoeuvre: false,
         callsign: "swr_137h".into(),

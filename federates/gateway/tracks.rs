@@ -1,12 +1,13 @@
 //! A system track in categories 062 and 011.
 
 use super::items::{FOOT_M, ascii, fleet, fleet_011, ident, pressure_altitude_m, signed_root};
-use super::plots::{Mixed, ON_GROUND_M};
+use super::plots::Mixed;
 use super::{Gateway, Memory, SMDFM_SIC};
 use crate::runtime::messages::{FlightNotice, TrackMessage};
 use asterix::{EncodeError, ItemWriter, Packer, cat011, cat062};
 use models::flight_list::{MovementKind, WakeCategory};
 use models::score::areas::Area;
+use models::plot::ON_GROUND_M;
 use models::track::{TrackStatus, TrackType};
 
 /// Age after which a kind of sensor counts as never seen: the largest that eight bits of ¼ s hold, s.

@@ -7,7 +7,7 @@ use bincode::Options;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Raised with every incompatible change of [`super::messages`].
-pub const VERSION: u8 = 8;
+pub const VERSION: u8 = 9;
 
 /// Largest message, octets.
 pub const LIMIT: u64 = 8 << 20;

@@ -20,6 +20,8 @@ pub mod setup;
 #[cfg(test)]
 mod handover_tests;
 #[cfg(test)]
+mod height_tests;
+#[cfg(test)]
 mod inlet_tests;
 #[cfg(test)]
 mod silent_tests;

@@ -6,7 +6,7 @@ use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage
 use models::effects::PlanRow;
 use models::frames::Point2;
 use models::fusion::Outcome;
-use models::plot::{Identity, Plot};
+use models::plot::{Identity, ON_GROUND_M, Plot};
 use models::score::run::Rules;
 use models::sensors::{PlotSink, ScanInterval, Truth};
 use models::track::{SystemTrack, TrackStatus};
@@ -167,13 +167,18 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
     }
 }
 
-/// Speed and track of a surface position squitter, m/s east and north: the speed rounded down to its step (1/8 kt below 1 kt, 1/2 kt
-/// to 15 kt, 1 kt to 70 kt), the track to the nearest of 128 directions; standing below 1/8 kt. Source: DO-260B, surface position.
+/// Velocity as a squitter says it, m/s east and north. On the ground (of a surface position): the speed rounded down to its step (1/8 kt
+/// below 1 kt, 1/2 kt to 15 kt, 1 kt to 70 kt), the track to the nearest of 128 directions; standing below 1/8 kt. In the air (velocity
+/// over ground, subtype 1): each component to the nearest knot. Source: DO-260B.
 fn reported_velocity_mps(view: &View<'_>, index: usize, plot: &Plot) -> Option<[f64; 2]> {
     if plot.kind != models::plot::SensorKind::Adsb {
         return None;
     }
     let velocity = view.at(index, plot.time)?.velocity_mps;
+    if plot.altitude_m.is_some_and(|height_m| height_m >= ON_GROUND_M) {
+        let told = |mps: f64| libm::round(mps / mode_s::KNOT_MPS) * mode_s::KNOT_MPS;
+        return Some([told(velocity.x), told(velocity.y)]);
+    }
     let speed_kt = libm::hypot(velocity.x, velocity.y) / mode_s::KNOT_MPS;
     let code = mode_s::movement_code(speed_kt).ok()?;
     let said_mps = mode_s::movement_speed_kt(code)? * mode_s::KNOT_MPS;
@@ -217,6 +222,7 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
         acceleration_ms2: track.acceleration_ms2.into(),
         velocity_cov_m2s2: [velocity_cov.m11, velocity_cov.m12, velocity_cov.m22],
         altitude_m: track.altitude_m,
+        altitude_ns: track.altitude_at.map(|at| at.0),
         heading_rad: track.heading_rad,
         manoeuvre: track.manoeuvre,
         callsign: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),

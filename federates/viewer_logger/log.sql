@@ -70,6 +70,7 @@ CREATE TABLE tracks (
   existence_p REAL,   -- probability that there is a target at all, where lives go by it
   unresolved INTEGER, -- more plots lay where it may be than it could be told from
   place INTEGER,
+  altitude_ns INTEGER,             -- when altitude_m was reported
   PRIMARY KEY (scan, track)
 ) WITHOUT ROWID;
 CREATE INDEX track_of ON tracks (track, scan);

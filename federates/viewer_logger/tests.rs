@@ -54,6 +54,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         acceleration_ms2: [0.0; 2],
         velocity_cov_m2s2: [1.0, 0.0, 1.0],
         altitude_m: None,
+        altitude_ns: None,
         heading_rad: 0.5,
         manoeuvre: false,
         callsign: "SWR1".to_owned(),

@@ -62,6 +62,9 @@ pub struct Polar {
     pub extent_m2: Option<[f64; 3]>,
 }
 
+/// Height above the aerodrome reference below which a target that reports itself counts as on the ground, m (assumed).
+pub const ON_GROUND_M: f64 = 15.0;
+
 /// One report of one sensor.
 ///
 /// The covariance is kept as two orthonormal directions with a variance each: a

@@ -92,8 +92,10 @@ pub struct SystemTrack {
     pub position_cov_m2: Matrix2<f64>,
     /// Covariance of the velocity, m²/s².
     pub velocity_cov_m2s2: Matrix2<f64>,
-    /// Height above the aerodrome reference, m, where a sensor reported it.
+    /// Height above the aerodrome reference, m, as its last plot with one reported it, [`HEIGHT_KEPT_S`] ago or less.
     pub altitude_m: Option<f64>,
+    /// Time of that report.
+    pub altitude_at: Option<SimTime>,
     /// Course over ground, radians clockwise from north in [0, 2π); held below 1 m/s.
     pub heading_rad: f64,
     /// A manoeuvre was marked in this scan.
@@ -128,6 +130,9 @@ pub struct SecondAgo {
     /// No plot came between: it is what was published then.
     pub coasted: bool,
 }
+
+/// How long a track keeps a height that no plot repeats, s: two reports of a target that stands (assumed).
+pub const HEIGHT_KEPT_S: f64 = 10.0;
 
 impl SystemTrack {
     /// What the target is called: by its label, else by itself.

@@ -35,6 +35,8 @@ pub struct TrackMessage {
     pub velocity_cov_m2s2: [f64; 3],
     /// Height above the aerodrome reference, m.
     pub altitude_m: Option<f64>,
+    /// Time of the report that gave it, ns of simulated time.
+    pub altitude_ns: Option<i64>,
     /// Course over ground, rad clockwise from north in [0, 2π).
     pub heading_rad: f64,
     /// A manoeuvre was marked.
@@ -125,7 +127,7 @@ pub struct PlotMessage {
     pub ellipse: [f64; 4],
     /// Height above the aerodrome reference, m, where the sensor reports it.
     pub altitude_m: Option<f64>,
-    /// Velocity as the target reported it on the ground, m/s east and north, in the steps of its squitter; ADS-B only.
+    /// Velocity as the target reported it, m/s east and north, in the steps of its squitter on the ground or in the air; ADS-B only.
     pub velocity_mps: Option<[f64; 2]>,
     /// Slant range m, azimuth rad, and the standard deviations of both, radars only.
     pub polar: Option<[f64; 4]>,

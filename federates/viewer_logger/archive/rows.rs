@@ -100,7 +100,7 @@ pub(super) fn truth(row: &Row<'_>) -> rusqlite::Result<TruthMessage> {
     })
 }
 
-pub(super) const TRACKS: [&str; 44] = [
+pub(super) const TRACKS: [&str; 45] = [
     "track",
     "status",
     "type",
@@ -145,6 +145,7 @@ pub(super) const TRACKS: [&str; 44] = [
     "address",
     "existence_p",
     "unresolved",
+    "altitude_ns",
 ];
 
 pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackMessage> {
@@ -168,6 +169,7 @@ pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackM
         velocity_mps: [real(row, 6)?, real(row, 7)?],
         heading_rad: angle(row, 8)?,
         altitude_m: row.get(10)?,
+        altitude_ns: row.get(41)?,
         cov_m2: [real(row, 11)?, real(row, 12)?, real(row, 13)?],
         manoeuvre: row.get::<_, Option<bool>>(14)?.unwrap_or(false),
         lag,

@@ -55,7 +55,7 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
     let pairs = crate::viewer_logger::frame::pairs(scan);
     let mut insert = t.prepare_cached(concat!(
         "INSERT INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,",
-        "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
+        "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
     ))?;
     for (place, x) in scan.tracks.iter().enumerate() {
         let pair = pairs.get(&x.number);
@@ -106,7 +106,8 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
             x.address,
             x.existence_p,
             x.unresolved,
-            place as i64
+            place as i64,
+            x.altitude_ns
         ])?;
     }
     let mut insert = t.prepare_cached("INSERT INTO statistics VALUES (?,?,?)")?;

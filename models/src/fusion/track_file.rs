@@ -70,7 +70,8 @@ pub(super) struct Track {
     /// Its last plot made it begin anew; none has fitted since.
     pub(super) restarted: bool,
     pub(super) heading_rad: f64,
-    pub(super) altitude_m: Option<f64>,
+    /// The last height reported, m, and when.
+    pub(super) altitude: Option<(f64, SimTime)>,
     /// What its plots said it is.
     pub(super) callsign: Option<Callsign>,
     pub(super) address: Option<u32>,
@@ -174,7 +175,7 @@ impl Track {
             unresolved: false,
             too_fast: 0,
             heading_rad: 0.0,
-            altitude_m: plot.altitude_m,
+            altitude: plot.altitude_m.map(|height_m| (height_m, plot.time)),
             callsign: None,
             address: None,
             named_at: plot.time,
@@ -360,7 +361,11 @@ impl Track {
         self.due = self.due.max(plot.time.plus_s(interval_s));
         self.interval_s = interval_s;
         self.last_hit = self.last_hit.max(plot.time);
-        self.altitude_m = plot.altitude_m.or(self.altitude_m);
+        if let Some(height_m) = plot.altitude_m
+            && self.altitude.is_none_or(|(_, at)| at <= plot.time)
+        {
+            self.altitude = Some((height_m, plot.time));
+        }
         self.refused = None;
         self.learn_identity(plot.identity);
         match self.updated_by.iter_mut().find(|by| by.sensor == plot.sensor) {

@@ -309,6 +309,7 @@ impl Sensor for Adsb {
                 }
                 let variance =
                     |step: f64| sigma_m * sigma_m + rounding_sigma(step) * rounding_sigma(step);
+                let altitude_m = reports.barometric_m(due, latency_s);
                 reports.push(
                     due,
                     Fix {
@@ -316,7 +317,7 @@ impl Sensor for Adsb {
                         position_m,
                         axis: Vector2::new(0.0, 1.0),
                         variance_m2: [variance(step_m.y), variance(step_m.x)],
-                        altitude_m: None,
+                        altitude_m,
                     },
                     true,
                     || {
@@ -496,6 +497,7 @@ fn ladders(config: &AdsbConfig, sigma_m: f64, step_m: f64, scene: &PositioningSc
 mod tests {
     use super::*;
     use crate::frames::Vector3;
+    use crate::plot::Plot;
     use crate::sensors::testing::Parked;
     use crate::time::SimTime;
 
@@ -528,6 +530,30 @@ mod tests {
             assert_eq!(longitude_zones(latitude), zones, "{latitude}");
         }
         assert!(longitude_step_m(90.0, true).abs() < 1e-9, "at the pole longitude is nothing");
+    }
+
+    #[test]
+    fn an_aircraft_tells_its_height_in_steps_of_25_feet_as_old_as_its_position() {
+        let mut truth = Parked::aircraft(&[3, 7]);
+        truth.velocity_mps = Vector3::new(70.0, 0.0, 4.0);
+        let sink = scan(AdsbConfig::surface(SensorId(3), 47.5), &truth, 40);
+        assert!(sink.plots.len() > 100);
+        let mut steps = std::collections::BTreeSet::new();
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let told_m = plot.altitude_m.expect("told");
+            let step = told_m / (25.0 * 0.3048);
+            assert!((step - step.round()).abs() < 1e-9 && step.is_sign_positive(), "{told_m}");
+            let age_s = lag(cause).expect("late") / 70.0;
+            let then_m = 4.0 * (plot.time.s() - age_s);
+            assert!((told_m - then_m).abs() <= 12.5 * 0.3048 + 1e-6, "{told_m} for {then_m}");
+            steps.insert(step as i64);
+        }
+        assert!(steps.len() > 15, "{steps:?}");
+        let cars = scan(AdsbConfig::surface(SensorId(3), 47.5), &truth.as_vehicles(), 40);
+        assert!(!cars.plots.is_empty() && cars.plots.iter().all(|p| p.altitude_m.is_none()));
+        // Heights draw nothing: the same places.
+        let same = |(a, b): (&Plot, &Plot)| a.position_m == b.position_m && a.time == b.time;
+        assert!(sink.plots.iter().zip(&cars.plots).all(same));
     }
 
     /// What the latency did to a report; `None` where it was left out.

@@ -404,7 +404,7 @@ impl Sensor for Dgps {
                                     error.sigma_north_m * error.sigma_north_m,
                                     error.sigma_east_m * error.sigma_east_m,
                                 ],
-                                altitude_m: None,
+                                altitude_m: Some(due.state.position_m.z),
                             },
                             true,
                             || {

@@ -372,7 +372,7 @@ fn statistical(
                         model.error.sigma_north_m * model.error.sigma_north_m,
                         model.error.sigma_east_m * model.error.sigma_east_m,
                     ],
-                    altitude_m: None,
+                    altitude_m: Some(due.state.position_m.z),
                 },
                 true,
                 || error.shown(&levels, soft_m),
@@ -424,7 +424,7 @@ fn diluted(
                     position_m: due.state.position_m.xy() + error_m + spread.soft_m,
                     axis: spread.axis,
                     variance_m2: spread.variance_m2,
-                    altitude_m: None,
+                    altitude_m: Some(due.state.position_m.z),
                 },
                 true,
                 || {

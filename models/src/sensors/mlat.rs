@@ -374,6 +374,7 @@ impl Sensor for Mlat {
                 let range_m2 = config.range_variance_m2(heard.len(), left_m2);
                 let (axis, variance_m2) =
                     ellipse(geometry.covariance_m2(range_m2.sqrt() / SPEED_OF_LIGHT_MPS));
+                let altitude_m = reports.barometric_m(due, 0.0);
                 reports.push(
                     due,
                     Fix {
@@ -381,7 +382,7 @@ impl Sensor for Mlat {
                         position_m: target_m + timing_m + multipath_m,
                         axis,
                         variance_m2,
-                        altitude_m: None,
+                        altitude_m,
                     },
                     true,
                     || {

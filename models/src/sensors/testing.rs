@@ -90,6 +90,12 @@ impl Parked {
             heading_rad: std::f64::consts::FRAC_PI_2,
         }
     }
+
+    /// The same as vehicles.
+    pub(crate) fn as_vehicles(mut self) -> Self {
+        self.class.aircraft = false;
+        self
+    }
 }
 
 impl Truth for Parked {

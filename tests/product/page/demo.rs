@@ -178,6 +178,7 @@ impl Demo {
                     acceleration_ms2: [0.0; 2],
                     velocity_cov_m2s2: [1.0, 0.0, 1.0],
                     altitude_m: None,
+                    altitude_ns: None,
                     heading_rad,
                     manoeuvre: n % 40 < 3 && i == 1,
                     callsign: mover.callsign.clone(),

@@ -11,7 +11,7 @@ use crate::fusion::state::{Statistics, Tracker};
 use crate::fusion::track_file::{Stage, Track};
 use crate::fusion::way::Ring;
 use crate::time::SimTime;
-use crate::track::{SecondAgo, SystemTrack, TrackStatus, TrackType};
+use crate::track::{HEIGHT_KEPT_S, SecondAgo, SystemTrack, TrackStatus, TrackType};
 
 impl Tracker {
     /// End of the scan for every track: count the look, confirm or end it. Gives the confirmed tracks as they are now,
@@ -115,6 +115,7 @@ fn second_ago(
 
 /// A track in this state as it is published, but for its label and status.
 fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
+    let altitude = track.altitude.filter(|(_, told)| at.time.since_s(*told) <= HEIGHT_KEPT_S);
     SystemTrack {
         number,
         track_type: TrackType::NotAssociated,
@@ -127,7 +128,8 @@ fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
         acceleration_ms2: at.acceleration_ms2(),
         position_cov_m2: at.position_cov_m2() + track.echo_left_m2,
         velocity_cov_m2s2: at.velocity_cov_m2s2(),
-        altitude_m: track.altitude_m,
+        altitude_m: altitude.map(|(height_m, _)| height_m),
+        altitude_at: altitude.map(|(_, told)| told),
         heading_rad: at.heading_rad().map_or(track.heading_rad, |(heading, _)| heading),
         manoeuvre: track.manoeuvre,
         label: None,

@@ -72,6 +72,35 @@ fn a_target_that_tells_its_name_is_called_by_it_without_a_flight_list() {
     assert_eq!(last[0].callsign(), Some(Callsign::new("FOLLOW1")));
 }
 
+#[test]
+fn a_track_keeps_the_last_height_told_for_ten_seconds() {
+    let path = drive(Point2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.0)]);
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let flights = FlightList::default();
+    let at = |t: f64| path(t).expect("moves");
+    for k in 1..=40_u32 {
+        let t = f64::from(k);
+        let mut plots = Vec::new();
+        // A radar tells none and takes none away; reports with it end with the 20th second.
+        plots.push(Plot {
+            identity: None,
+            ..report(1, SensorKind::Asde, t - 0.05, 0, at(t - 0.05))
+        });
+        if k <= 20 {
+            let told = report(3, SensorKind::Dgps, t - 0.2, 0, at(t - 0.2));
+            plots.push(Plot { altitude_m: Some(200.0 - 4.0 * (t - 0.2)), ..told });
+        }
+        let tracks = tracker.scan(SimTime::from_s(t), &plots, &flights);
+        // The first scans begin it.
+        let Some(track) = tracks.first().filter(|_| k >= 5) else { continue };
+        let told_s = f64::from(k.min(20)) - 0.2;
+        let kept = t - told_s <= 10.0;
+        let height_m = track.altitude_m.map(|m| (m * 1e6).round() / 1e6);
+        assert_eq!(height_m, kept.then_some(200.0 - 4.0 * told_s), "{t} s");
+        assert_eq!(track.altitude_at, kept.then(|| SimTime::from_s(told_s)), "{t} s");
+    }
+}
+
 /// The tracks after 30 scans of a radar and of reports of the target's own, with its name.
 fn followed(paths: &[Box<Path>; 1], flights: &FlightList) -> Vec<SystemTrack> {
     let mut tracker = Tracker::new(TrackingConfig::paper());

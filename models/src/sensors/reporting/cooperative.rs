@@ -261,6 +261,11 @@ pub(crate) struct Fix {
     pub(crate) altitude_m: Option<f64>,
 }
 
+/// Step of a height in Mode S and ADS-B, m: 25 ft.
+///
+/// Source: ICAO Annex 10, Vol. IV, 3.1.2.6.5.4 (Q bit set).
+const HEIGHT_STEP_M: f64 = 25.0 * 0.3048;
+
 /// What an effect did: its name, value and unit; `None` where it was not simulated.
 pub(crate) type Shown = Option<(&'static str, f64, &'static str)>;
 
@@ -296,6 +301,15 @@ impl<'a> Reports<'a> {
     /// Counts a report that was expected, whether it comes or not.
     pub(crate) fn expected(&mut self) {
         self.out.looks += 1;
+    }
+
+    /// The height that the transponder of an aircraft tells, m: barometric, of `age_s` before the report, in steps of 25 ft from the
+    /// aerodrome's elevation (corrected for its pressure). What a vehicle carries has no altimeter.
+    pub(crate) fn barometric_m(&self, due: &Due, age_s: f64) -> Option<f64> {
+        let height_m = due.state.position_m.z - due.state.velocity_mps.z * age_s;
+        // Adding zero takes the sign off a rounded height just below the ground.
+        let told_m = (height_m / HEIGHT_STEP_M).round() * HEIGHT_STEP_M + 0.0;
+        self.truth.class(due.index).aircraft.then_some(told_m)
     }
 
     /// Appends one report; what each effect did to it is worked out only where asked for.
