@@ -199,6 +199,32 @@ public! {
         assumed: Option<String>,
         /// Probability of the label, or of what is assumed.
         label_p: Option<f64>,
+        /// How long ago that height was reported, s.
+        altitude_age_s: Option<f64>,
+        /// The publication before, revised by the plots of this scan; absent in a first report.
+        lag: Option<Lag>,
+    }
+}
+
+public! {
+    /// A track at the publication before, as it is known now.
+    Lag {
+        /// Time of validity, ns of simulated time.
+        time_ns: i64,
+        /// m east of the reference point.
+        x_m: f64,
+        /// m north of the reference point.
+        y_m: f64,
+        /// Variance to the east, m².
+        var_ee_m2: f64,
+        /// Covariance east and north, m².
+        var_en_m2: f64,
+        /// Variance to the north, m².
+        var_nn_m2: f64,
+        /// No plot came between: it is what was published then.
+        coasted: bool,
+        /// Distance from the entity that the track follows, m.
+        error_m: Option<f64>,
     }
 }
 

@@ -102,6 +102,9 @@ class Live(unittest.TestCase):
         self.assertEqual([body["scan"] for body in scans], list(range(1, 61)), "none lost")
         kinds = {body["schema"] for body in found}
         self.assertLessEqual({f"seeds.{key}/1" for key in ("state", "scan", "tracks", "plots", "truth", "operation")}, kinds)
+        read = [seeds.Track.read(row) for body in scans for row in body["tracks"]]
+        lags = [track.lag for track in read if track.lag is not None]
+        self.assertTrue(lags and all(isinstance(lag, seeds.Lag) for lag in lags), "the publication before")
         self.same_as_the_database(scans)
         began = time.monotonic()
         run.close()
@@ -125,6 +128,7 @@ class Live(unittest.TestCase):
                 said = sorted(body[table], key=lambda row: [row[key] for key in keys])
                 self.assertEqual(len(rows), len(said), f"{table} of scan {body['scan']}")
                 for row, message in zip(rows, said):
+                    message = {**message, **{f"lag_{name}": value for name, value in message.get("lag", {}).items()}}
                     for name in row.keys():
                         if name not in message:
                             continue

@@ -1,7 +1,7 @@
 //! The federation's messages as public ones.
 
 use super::{
-    Federate, Flight, Flights, Handover, Head, Member, OperationDone, Plot, Plots, Said,
+    Federate, Flight, Flights, Handover, Head, Lag, Member, OperationDone, Plot, Plots, Said,
     SaidOrEmpty, Scan, State, Track, Tracks, Truth, Truths, VERSION, Weather,
 };
 use crate::exchange::driven;
@@ -90,6 +90,17 @@ fn track(gateway: &Gateway, x: &TrackMessage, pair: Option<(&TruthMessage, f64)>
         error_m: pair.map(|(_, error_m)| error_m),
         assumed: some(&x.assumed),
         label_p: x.label_p,
+        altitude_age_s: x.altitude_ns.map(|told_ns| (x.time_ns - told_ns) as f64 / 1e9),
+        lag: x.lag.as_ref().map(|l| Lag {
+            time_ns: l.time_ns,
+            x_m: l.position_m[0],
+            y_m: l.position_m[1],
+            var_ee_m2: l.cov_m2[0],
+            var_en_m2: l.cov_m2[1],
+            var_nn_m2: l.cov_m2[2],
+            coasted: l.coasted,
+            error_m: l.error_m,
+        }),
     }
 }
 

@@ -4,8 +4,8 @@ use super::*;
 use crate::gateway::board::{Board, KEYS};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, PlotMessage, RunState, ScanReport, TrackMessage,
-    TruthMessage, WeatherNotice,
+    FederateStatus, FlightNotice, LagMessage, Operation, PlotMessage, RunState, ScanReport,
+    TrackMessage, TruthMessage, WeatherNotice,
 };
 use models::flight_list::{MovementKind, WakeCategory};
 use models::frames::{Point2, Point3};
@@ -76,7 +76,8 @@ fn scan(time_ns: i64) -> ScanReport {
         cov_m2: [4.0, -1.0, 9.0],
         acceleration_ms2: [0.0; 2],
         velocity_cov_m2s2: [1.0, 0.0, 1.0],
-        altitude_m: None,
+        altitude_m: Some(83.82),
+        altitude_ns: Some(time_ns - 250_000_000),
         heading_rad: -0.5,
         manoeuvre: true,
         callsign: String::new(),
@@ -91,7 +92,13 @@ fn scan(time_ns: i64) -> ScanReport {
         address: None,
         existence_p: None,
         unresolved: false,
-        lag: None,
+        lag: Some(LagMessage {
+            time_ns: time_ns - 1_000_000_000,
+            position_m: Point2::new(1197.5, -396.25),
+            cov_m2: [2.0, -0.5, 3.0],
+            coasted: false,
+            error_m: None,
+        }),
     };
     let plot = PlotMessage {
         sensor: 1,
@@ -224,6 +231,12 @@ fn values_are_those_of_the_scan() {
         (&json!(5.0), &json!("SWR1"), &json!(0.56))
     );
     assert!((track["heading_deg"].as_f64().expect("a heading") - 331.352_1).abs() < 1e-3);
+    assert_eq!((&track["altitude_m"], &track["altitude_age_s"]), (&json!(83.82), &json!(0.25)));
+    let lag = json!({
+        "time_ns": 230_000_000_000_i64, "x_m": 1197.5, "y_m": -396.25,
+        "var_ee_m2": 2.0, "var_en_m2": -0.5, "var_nn_m2": 3.0, "coasted": false,
+    });
+    assert_eq!(track["lag"], lag, "the publication before, revised");
     assert_eq!(scan["plots"][0]["error_m"], json!(5.0));
     assert_eq!(scan["plots"][0].get("scnr_db"), None, "infinite");
     assert_eq!(scan["measures"], json!({"rmse_m": 1.5}));

@@ -16,10 +16,10 @@ simulated time. What is not known is None.
 
 from .live import Answer, Disconnected, Refused, Run, VersionMismatch, connect
 from .log import Log, open_log
-from .messages import Member, Plot, Scan, State, Track, Truth
+from .messages import Lag, Member, Plot, Scan, State, Track, Truth
 
 __version__ = "0.1.0"
 __all__ = [
-    "Answer", "Disconnected", "Log", "Member", "Plot", "Refused", "Run", "Scan", "State", "Track", "Truth",
+    "Answer", "Disconnected", "Lag", "Log", "Member", "Plot", "Refused", "Run", "Scan", "State", "Track", "Truth",
     "VersionMismatch", "connect", "open_log",
 ]

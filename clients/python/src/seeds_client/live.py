@@ -15,6 +15,12 @@ SILENCE_S = 3.0  # the state comes once a second
 QUEUE = 4096
 
 
+def _flat(row: Dict[str, Any]) -> Dict[str, Any]:
+    """A row of a table: what is nested gets columns with the names of the database (`lag_x_m`)."""
+    lag = {f"lag_{name}": value for name, value in row.get("lag", {}).items()}
+    return {**{name: value for name, value in row.items() if name != "lag"}, **lag}
+
+
 class Disconnected(ConnectionError):
     """Nothing is heard of the run any more, or nobody answers."""
 
@@ -168,7 +174,7 @@ class Run:
         rows = []
         for body in self.messages(table, timeout_s=seconds):
             head = {"scan": body["scan"], "time_s": body["time_s"]}
-            rows += [{**head, **row} for row in body[table]]
+            rows += [{**head, **_flat(row)} for row in body[table]]
         return pandas.DataFrame(rows)
 
     def command(self, command: str, **more: Any) -> Answer:

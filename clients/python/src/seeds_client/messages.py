@@ -16,6 +16,20 @@ class _Message:
 
 
 @dataclass
+class Lag(_Message):
+    """A track at the publication before, as it is known now."""
+
+    time_ns: int
+    x_m: float
+    y_m: float
+    var_ee_m2: float
+    var_en_m2: float
+    var_nn_m2: float
+    coasted: bool = False
+    error_m: Optional[float] = None
+
+
+@dataclass
 class Track(_Message):
     """A system track as published."""
 
@@ -42,6 +56,13 @@ class Track(_Message):
     error_m: Optional[float] = None
     assumed: Optional[str] = None
     label_p: Optional[float] = None
+    altitude_age_s: Optional[float] = None
+    lag: Optional[Lag] = None
+
+    @classmethod
+    def read(cls, body: Dict[str, Any]):
+        lag = body.get("lag")
+        return super().read({**body, "lag": Lag.read(lag) if lag else None})
 
 
 @dataclass
