@@ -1,7 +1,8 @@
 //! Targets as their own extended squitters: Beast frames, SBS lines, `aircraft.json` as receivers write it.
 //!
 //! What is sent is truth at the end of each scan, and half a second later in a straight line; targets without an address send
-//! nothing, unless addresses are to be invented.
+//! nothing, unless addresses are to be invented. Or it is what ADS-B sensors were told ([`Reported`]): positions with their errors, as
+//! often as the sensor has them, and in a straight line between.
 
 use super::Gateway;
 use super::items::{nac_p, pressure_altitude_m};
@@ -29,6 +30,94 @@ pub struct Addressed {
     pub target: Target,
     /// Type designator; empty if not known.
     pub type_designator: String,
+}
+
+/// Whose positions are sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// True ones.
+    #[default]
+    Truth,
+    /// Those of plots of ADS-B sensors.
+    Reports,
+}
+
+/// The last report of each target that an ADS-B sensor has heard, by address.
+#[derive(Clone, Debug, Default)]
+pub struct Reported {
+    run: u32,
+    last: BTreeMap<u32, PlotMessage>,
+}
+
+impl Reported {
+    /// Everybody who was heard lately, where he is at the end of the scan by what he reported.
+    pub fn targets(&mut self, gateway: &Gateway, scan: &ScanReport) -> Vec<Addressed> {
+        if self.run != scan.run {
+            *self = Self { run: scan.run, last: BTreeMap::new() };
+        }
+        for plot in scan.plots.iter().filter(|p| p.kind.word == "adsb") {
+            let flight = gateway.flight(&plot.identity);
+            let Some(address) = plots::address(flight, &plot.identity) else { continue };
+            if self.last.get(&address).is_none_or(|last| last.time_ns <= plot.time_ns) {
+                self.last.insert(address, plot.clone());
+            }
+        }
+        self.last.retain(|_, plot| scan.time_ns - plot.time_ns <= HEARD_NS);
+        let target =
+            |(address, plot): (&u32, &PlotMessage)| reported(gateway, *address, plot, scan.time_ns);
+        self.last.iter().map(target).collect()
+    }
+}
+
+/// Two reports of a target that stands, and a little: whoever is silent for longer is not there, ns.
+const HEARD_NS: i64 = 11_000_000_000;
+
+fn reported(gateway: &Gateway, address: u32, plot: &PlotMessage, time_ns: i64) -> Addressed {
+    let flight = gateway.flight(&plot.identity);
+    let aircraft = flight.is_none_or(|f| f.movement != MovementKind::Vehicle);
+    let type_designator = flight.map_or(String::new(), |f| f.type_designator.clone());
+    let velocity_mps = plot.velocity_mps.unwrap_or_default();
+    let later_s = (time_ns - plot.time_ns) as f64 * 1e-9;
+    let [east_m, north_m]: [f64; 2] =
+        [0, 1].map(|i| plot.position_m[i] + velocity_mps[i] * later_s);
+    let up_m = plot.altitude_m.unwrap_or(0.0);
+    let place = gateway.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();
+    let heading_rad = libm::atan2(velocity_mps[0], velocity_mps[1]);
+    Addressed {
+        // None of the exercise: only the address is known of it.
+        id: [u16::MAX, (address >> 16) as u16, address as u16],
+        target: Target {
+            emitter: match aircraft {
+                true => Emitter::aircraft(address, true),
+                false => Emitter::vehicle(address),
+            },
+            callsign: flight.map_or(String::new(), |f| f.callsign.clone()),
+            category: category(aircraft, flight.and_then(|f| f.wake), &type_designator),
+            lat_deg: place.lat_deg(),
+            lon_deg: place.lon_deg(),
+            pressure_altitude_m: pressure_altitude_m(
+                up_m + gateway.elevation_m,
+                gateway.pressure_hpa(time_ns).unwrap_or(STANDARD_HPA),
+            ),
+            velocity_mps: [velocity_mps[0], velocity_mps[1], 0.0],
+            heading_deg: heading_rad.to_degrees().rem_euclid(360.0),
+            on_ground: up_m < ON_GROUND_M,
+            size_m: [0.0; 2],
+            nac_p: nac_p(plot.cov_m2),
+        },
+        type_designator,
+    }
+}
+
+fn category(aircraft: bool, wake: Option<WakeCategory>, type_designator: &str) -> u8 {
+    match (aircraft, wake) {
+        (false, _) if type_designator == "FIRE" => 0xc1,
+        (false, _) => 0xc2,
+        (true, Some(WakeCategory::Light)) => 0xa1,
+        (true, Some(WakeCategory::Medium)) => 0xa3,
+        (true, Some(WakeCategory::Heavy | WakeCategory::Super)) => 0xa5,
+        (true, None) => 0xa0,
+    }
 }
 
 /// Everybody who sends at the end of a scan, by identifier.
@@ -61,22 +150,13 @@ fn addressed(
     let [east_m, north_m, up_m]: [f64; 3] = truth.position_m.into();
     let place = gateway.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();
     let above_m = place.height_m - gateway.elevation_m;
-    let wake = flight.and_then(|f| f.wake);
-    let category = match (truth.aircraft, wake) {
-        (false, _) if truth.type_designator == "FIRE" => 0xc1,
-        (false, _) => 0xc2,
-        (true, Some(WakeCategory::Light)) => 0xa1,
-        (true, Some(WakeCategory::Medium)) => 0xa3,
-        (true, Some(WakeCategory::Heavy | WakeCategory::Super)) => 0xa5,
-        (true, None) => 0xa0,
-    };
     Some(Addressed {
         id: truth.id,
         type_designator: truth.type_designator.clone(),
         target: Target {
             emitter,
             callsign: truth.callsign.clone(),
-            category,
+            category: category(truth.aircraft, flight.and_then(|f| f.wake), &truth.type_designator),
             lat_deg: place.lat_deg(),
             lon_deg: place.lon_deg(),
             pressure_altitude_m: pressure_altitude_m(

@@ -42,6 +42,8 @@ struct Known {
     feed: Feed,
     targets: Vec<adsb::Addressed>,
     invent: bool,
+    /// What ADS-B sensors were told, where that is what is sent.
+    reported: Option<adsb::Reported>,
     frame_s: f64,
 }
 
@@ -61,9 +63,17 @@ impl Board {
             feed: Feed::default(),
             targets: Vec::new(),
             invent,
+            reported: None,
             frame_s: scene.run.frame.s(),
         };
         Self { known: Mutex::new(known), scans: watch::Sender::new(0) }
+    }
+
+    /// The same with squitters of what is true, or of what ADS-B sensors were told.
+    #[must_use]
+    pub fn sending(self, origin: adsb::Origin) -> Self {
+        self.known().reported = (origin == adsb::Origin::Reports).then(adsb::Reported::default);
+        self
     }
 
     fn known(&self) -> MutexGuard<'_, Known> {
@@ -80,8 +90,11 @@ impl Board {
     /// A scan; what its targets send until the next one.
     pub fn on_scan(&self, scan: &Arc<ScanReport>) -> Vec<Piece> {
         let mut known = self.known();
-        let Known { gateway, feed, targets, invent, .. } = &mut *known;
-        *targets = adsb::targets(gateway, scan, *invent);
+        let Known { gateway, feed, targets, invent, reported, .. } = &mut *known;
+        *targets = match reported {
+            Some(reported) => reported.targets(gateway, scan),
+            None => adsb::targets(gateway, scan, *invent),
+        };
         let pieces = feed.on_scan(gateway, scan, targets);
         known.scan = Some(Arc::clone(scan));
         drop(known);

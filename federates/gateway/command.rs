@@ -2,9 +2,10 @@
 
 use crate::exchange::operator;
 use crate::federation::GATEWAY as NAME;
+use crate::gateway::adsb::Origin;
 use crate::gateway::commands::{Rights, Wish};
 use crate::gateway::ports::Feeds;
-use crate::gateway::process::{Inbox, Task, run as run_gateway};
+use crate::gateway::process::{Inbox, NotAtWallRate, Task, run as run_gateway};
 use crate::gateway::public_bus::{DEFAULT_ENDPOINT, PublicConfig};
 use crate::gateway::{CATEGORIES, Choice};
 use crate::runtime::bus::Bus;
@@ -19,8 +20,9 @@ use crate::runtime::process::{launched, on_interrupt};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use datalink::{Destinations, LinkConfig};
+use geodesy::Geodetic;
 use scenarios::Scene;
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -52,12 +54,12 @@ pub struct AsterixArgs {
     )]
     asterix_send: Vec<What>,
 
-    /// Only these categories, with commas between, of 10, 11, 19, 20, 21, 62, 65, 247; ADS-B goes out in 10 where 21 is not among them
+    /// Only these categories, with commas between, of 4, 10, 11, 19, 20, 21, 62, 65, 247; ADS-B goes out in 10 where 21 is not among them
     #[arg(long = "asterix-cat", value_name = "N", value_delimiter = ',', value_parser = category)]
     asterix_cat: Vec<u8>,
 
-    /// Time of day: that of the scene, or shifted once so that the first message carries now
-    #[arg(long = "asterix-time", value_name = "CLOCK", value_enum, default_value_t = Clock::Scene, requires = "asterix")]
+    /// Time of day in ASTERIX, SBS lines and JSON: that of the scene, or shifted once so that the first message carries now
+    #[arg(long = "asterix-time", value_name = "CLOCK", value_enum, default_value_t = Clock::Scene)]
     asterix_time: Clock,
 
     /// Record every datagram sent into this pcapng file
@@ -77,8 +79,36 @@ pub struct AsterixArgs {
     )]
     asterix_from: Vec<IpAddr>,
 
+    /// Point that positions in metres of those tracks are about, degrees and metres above the ellipsoid [default: the scene's reference]
+    #[arg(long, value_name = "LAT,LON[,M]", requires = "asterix_in", value_parser = reference, allow_hyphen_values = true)]
+    asterix_reference: Option<Reference>,
+
     #[command(flatten)]
     feeds: FeedArgs,
+}
+
+/// Latitude and longitude, degrees, and height above the ellipsoid, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Reference([f64; 3]);
+
+fn reference(text: &str) -> Result<Reference, String> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+        .collect();
+    let reference = match numbers.as_deref() {
+        Some(&[lat, lon]) => Some([lat, lon, 0.0]),
+        Some(&[lat, lon, height_m]) => Some([lat, lon, height_m]),
+        _ => None,
+    };
+    let sound = |[lat, lon, height_m]: &[f64; 3]| {
+        lat.abs() <= 90.0 && lon.abs() <= 180.0 && (-500.0..=9000.0).contains(height_m)
+    };
+    reference.filter(sound).map(Reference).ok_or_else(|| {
+        format!(
+            "'{text}' is no place: give LAT,LON in degrees or LAT,LON,HEIGHT, like 47.458,8.548,432"
+        )
+    })
 }
 
 /// Ports that others connect to
@@ -96,20 +126,28 @@ pub struct FeedArgs {
     #[arg(long)]
     adsb_invent: bool,
 
+    /// Positions of squitters: true ones of all who have an address, or those that ADS-B sensors were told (with their errors, and of those they heard)
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = AdsbFrom::Truth)]
+    adsb_from: AdsbFrom,
+
     /// JSON, GeoJSON, a stream of scans, and aircraft.json over HTTP
     #[arg(long, value_name = "ADDR:PORT")]
     http: Option<SocketAddr>,
 
-    /// Public interface: a Zenoh endpoint of its own for clients (Python: seeds_client) [without a value: tcp/127.0.0.1:7448]
+    /// Public interface: a Zenoh endpoint of its own for clients (Python: seeds_client) [default: tcp/127.0.0.1:7448 where a gateway runs and that is free]
     #[arg(long, value_name = "ENDPOINT", num_args = 0..=1, require_equals = true, default_missing_value = DEFAULT_ENDPOINT)]
     public: Option<String>,
 
     /// Clients of the public interface may look and not command
-    #[arg(long, requires = "public")]
+    #[arg(long)]
     public_read_only: bool,
 
-    /// FlightGear multiplayer packets of all entities
-    #[arg(long, value_name = "ADDR:PORT")]
+    /// No public interface
+    #[arg(long, conflicts_with_all = ["public", "public_read_only"])]
+    no_public: bool,
+
+    /// FlightGear multiplayer packets of all entities, to an address or the name of a host
+    #[arg(long, value_name = "HOST:PORT", value_parser = host_and_port)]
     flightgear: Vec<SocketAddr>,
 }
 
@@ -119,7 +157,16 @@ impl FeedArgs {
             || self.sbs.is_some()
             || self.http.is_some()
             || self.public.is_some()
+            || self.public_read_only
             || !self.flightgear.is_empty()
+    }
+
+    /// Where clients connect: what was asked for, else (`false`) the place that a gateway has by itself.
+    fn public(&self) -> Option<(&str, bool)> {
+        match &self.public {
+            Some(endpoint) => Some((endpoint, true)),
+            None => (!self.no_public).then_some((DEFAULT_ENDPOINT, false)),
+        }
     }
 
     /// What can be told before anything is started.
@@ -146,19 +193,33 @@ impl FeedArgs {
         for (flag, address) in addresses {
             line.extend(address.into_iter().flat_map(|a| [flag.to_owned(), a.to_string()]));
         }
+        if self.adsb_from == AdsbFrom::Reports {
+            line.extend(["--adsb-from".to_owned(), "reports".to_owned()]);
+        }
         for address in &self.flightgear {
             line.extend(["--flightgear".to_owned(), address.to_string()]);
         }
         line.extend(self.public.iter().map(|endpoint| format!("--public={endpoint}")));
-        for (flag, is) in
-            [("--public-read-only", self.public_read_only), ("--adsb-invent", self.adsb_invent)]
-        {
+        for (flag, is) in [
+            ("--public-read-only", self.public_read_only),
+            ("--no-public", self.no_public),
+            ("--adsb-invent", self.adsb_invent),
+        ] {
             if is {
                 line.push(flag.to_owned());
             }
         }
         line
     }
+}
+
+/// An address, or the first that a name has (of IPv4 if there is one).
+fn host_and_port(text: &str) -> Result<SocketAddr, String> {
+    let help = "give HOST:PORT, like localhost:5000";
+    let found = text.to_socket_addrs().map_err(|e| format!("'{text}': {e}; {help}"))?;
+    let mut found: Vec<SocketAddr> = found.collect();
+    found.sort_by_key(|address| !address.is_ipv4());
+    found.first().copied().ok_or_else(|| format!("'{text}' has no address; {help}"))
 }
 
 /// A taken port is better said once, before anything is started.
@@ -173,10 +234,20 @@ fn port_is_free(flag: &str, address: SocketAddr) -> anyhow::Result<()> {
 pub enum What {
     /// Plots and starts of cycle (010, 019, 020, 021)
     Sensors,
-    /// System tracks and ends of batch (062, 011, 065)
+    /// System tracks, ends of batch, alerts and stop bars (062, 011, 065, 004)
     Tracks,
     /// Periodic status (010, 019, 065)
     Status,
+}
+
+/// Where positions of squitters are from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum AdsbFrom {
+    /// Truth
+    #[default]
+    Truth,
+    /// Plots of ADS-B sensors
+    Reports,
 }
 
 /// Which clock the time of day is of.
@@ -290,6 +361,9 @@ impl AsterixArgs {
             let list: Vec<String> = to.list().iter().map(|d| d.address().to_string()).collect();
             line.extend(["--asterix-in".to_owned(), list.join(",")]);
         }
+        if let Some(Reference([lat, lon, height_m])) = self.asterix_reference {
+            line.push(format!("--asterix-reference={lat},{lon},{height_m}"));
+        }
         for ip in &self.asterix_from {
             line.extend(["--asterix-from".to_owned(), ip.to_string()]);
         }
@@ -318,6 +392,7 @@ pub fn run(args: &GatewayArgs) -> ExitCode {
     }
     match process(args, &scene) {
         Ok(code) => ExitCode::from(code),
+        Err(e) if e.is::<NotAtWallRate>() => fail(BAD_INPUT, format!("{e:#}")),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
 }
@@ -329,15 +404,22 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
     on_interrupt(move || stop.stop())?;
     let (bus, endpoint) = open_bus(&args.common.network, &scene.network, exercise, NAME)?;
     let feeds = &args.asterix.feeds;
-    let public = match &feeds.public {
-        Some(endpoint_of_clients) => Some(PublicConfig {
-            endpoint: endpoint_of_clients.clone(),
+    let public = match feeds.public() {
+        Some((endpoint_of_clients, asked)) => Some(PublicConfig {
+            endpoint: endpoint_of_clients.to_owned(),
+            asked,
             exercise,
             certs: match endpoint_of_clients.starts_with("tls/") {
                 true => args.common.network.certs_of(NAME)?,
                 false => None,
             },
-            rights: rights(args, scene, exercise, &bus, &endpoint)?,
+            rights: match asked || args.common.network.certs.is_none() {
+                true => rights(args, scene, exercise, &bus, &endpoint)?,
+                // What is protected by certificates is not opened to everybody on this host unasked.
+                false => Rights::ReadOnly(format!(
+                    "this interface is for looking: say --public {DEFAULT_ENDPOINT} where clients are to command"
+                )),
+            },
         }),
         None => None,
     };
@@ -345,6 +427,10 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
         to: args.asterix.links(&args.common.network),
         choice: args.asterix.choice(),
         hear: args.asterix.heard(&args.common.network),
+        hear_about: args
+            .asterix
+            .asterix_reference
+            .map(|Reference([lat, lon, height_m])| Geodetic::from_degrees(lat, lon, height_m)),
         hear_from: args.asterix.asterix_from.clone(),
         wall: args.asterix.asterix_time == Clock::Wall,
         recording: args.asterix.asterix_record.clone(),
@@ -354,6 +440,10 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
             http: feeds.http,
             public,
             invent: feeds.adsb_invent,
+            adsb_from: match feeds.adsb_from {
+                AdsbFrom::Truth => Origin::Truth,
+                AdsbFrom::Reports => Origin::Reports,
+            },
             flightgear: feeds.flightgear.clone(),
         },
         exercise,

@@ -2,13 +2,14 @@
 //!
 //! Header (32): magic, protocol 1.1, message 7, length, range in NM, reply port, call sign. Body (200): model, time, lag, position
 //! (earth-centred, m), orientation as angle times axis (earth-centred to body), velocities and accelerations in body axes
-//! (x forward, y right, z down), four octets of nothing. Source: FlightGear's `mpmessages.hxx` as of 2021.
+//! (x forward, y right, z down; accelerations and turns from one scan to the next), four octets of nothing. Source: FlightGear's `mpmessages.hxx` as of 2021.
 
 use super::Gateway;
 use super::board::Board;
 use super::items::ascii;
 use crate::runtime::messages::{ScanReport, TruthMessage};
 use geodesy::Enu;
+use std::collections::BTreeMap;
 
 /// Octets of a message.
 pub const LENGTH: usize = 232;
@@ -19,18 +20,97 @@ const RANGE_NM: u32 = 100;
 /// Messages of one scan.
 const MOST: usize = 1000;
 
+/// How the motion of an entity changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Acceleration, m/s² east, north, up.
+    pub acceleration_mps2: [f64; 3],
+    /// Turn of the nose, rad/s clockwise as seen from above.
+    pub turn_radps: f64,
+    /// Change of the turn, rad/s².
+    pub turn_radps2: f64,
+}
+
+/// What is kept of an entity from one scan to the next.
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    time_ns: i64,
+    velocity_mps: [f64; 3],
+    heading_rad: f64,
+    /// None in its first scan.
+    turn_radps: Option<f64>,
+}
+
+/// Motions of all entities, by what they were a scan before.
+#[derive(Clone, Debug, Default)]
+pub struct Motions {
+    run: u32,
+    before: BTreeMap<u64, Before>,
+}
+
+impl Motions {
+    /// The motion of each entity of a scan, in their order; of one that was not there a scan before nothing is known.
+    pub fn on_scan(&mut self, scan: &ScanReport) -> Vec<Motion> {
+        if self.run != scan.run {
+            *self = Self { run: scan.run, ..Self::default() };
+        }
+        let before = std::mem::take(&mut self.before);
+        let mut motions = Vec::with_capacity(scan.truth.len());
+        for truth in &scan.truth {
+            let mut now = Before {
+                time_ns: scan.time_ns,
+                velocity_mps: truth.velocity_mps,
+                heading_rad: truth.heading_rad,
+                turn_radps: None,
+            };
+            let mut motion = Motion::default();
+            let then = before.get(&truth.key()).filter(|then| then.time_ns < scan.time_ns);
+            if let Some(then) = then {
+                let dt_s = (scan.time_ns - then.time_ns) as f64 / 1e9;
+                for (a, (v, u)) in motion
+                    .acceleration_mps2
+                    .iter_mut()
+                    .zip(now.velocity_mps.iter().zip(then.velocity_mps))
+                {
+                    *a = (v - u) / dt_s;
+                }
+                motion.turn_radps = turned_rad(then.heading_rad, now.heading_rad) / dt_s;
+                motion.turn_radps2 =
+                    then.turn_radps.map_or(0.0, |turn| (motion.turn_radps - turn) / dt_s);
+                now.turn_radps = Some(motion.turn_radps);
+            }
+            self.before.insert(truth.key(), now);
+            motions.push(motion);
+        }
+        motions
+    }
+}
+
+/// The shorter turn from one heading to another, clockwise positive.
+fn turned_rad(from_rad: f64, to_rad: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    (to_rad - from_rad + PI).rem_euclid(TAU) - PI
+}
+
 /// The messages of a scan's entities.
 #[must_use]
-pub fn packets(scan: &ScanReport, board: &Board) -> Vec<[u8; LENGTH]> {
+pub fn packets(scan: &ScanReport, board: &Board, motions: &mut Motions) -> Vec<[u8; LENGTH]> {
+    let motions = motions.on_scan(scan);
     let one = |gateway: &Gateway| {
-        scan.truth.iter().take(MOST).map(|truth| packet(gateway, truth, scan.time_ns)).collect()
+        let all = scan.truth.iter().zip(&motions).take(MOST);
+        all.map(|(truth, motion)| packet(gateway, truth, scan.time_ns, motion)).collect()
     };
     board.with_gateway(one)
 }
 
 /// The message of one entity.
 #[must_use]
-pub fn packet(gateway: &Gateway, truth: &TruthMessage, time_ns: i64) -> [u8; LENGTH] {
+pub fn packet(
+    gateway: &Gateway,
+    truth: &TruthMessage,
+    time_ns: i64,
+    motion: &Motion,
+) -> [u8; LENGTH] {
     let mut out = Writer { octets: [0; LENGTH], at: 0 };
     out.put(&MAGIC.to_be_bytes());
     out.put(&VERSION.to_be_bytes());
@@ -51,9 +131,15 @@ pub fn packet(gateway: &Gateway, truth: &TruthMessage, time_ns: i64) -> [u8; LEN
     let axis =
         orientation(place.lat_deg().to_radians(), place.lon_deg().to_radians(), truth.heading_rad);
     out.floats(&axis);
-    let [ve, vn, vu] = truth.velocity_mps;
     let (sine, cosine) = (libm::sin(truth.heading_rad), libm::cos(truth.heading_rad));
-    out.floats(&[vn * cosine + ve * sine, ve * cosine - vn * sine, -vu]);
+    // Nothing is plus zero.
+    let body = |[e, n, u]: [f64; 3]| {
+        [n * cosine + e * sine, e * cosine - n * sine, -u].map(|part| part + 0.0)
+    };
+    out.floats(&body(truth.velocity_mps));
+    out.floats(&[0.0, 0.0, motion.turn_radps]);
+    out.floats(&body(motion.acceleration_mps2));
+    out.floats(&[0.0, 0.0, motion.turn_radps2]);
     out.octets
 }
 
@@ -154,7 +240,7 @@ mod tests {
                 ours: true,
                 track: None,
             };
-            let octets = packet(&gateway, &truth, 12_500_000_000);
+            let octets = packet(&gateway, &truth, 12_500_000_000, &Motion::default());
             assert_eq!(&octets[..16], b"FGFS\0\x01\0\x01\0\0\0\x07\0\0\0\xe8");
             assert_eq!(&octets[24..32], b"SWR137H\0");
             assert_eq!(&octets[32..64], b"Aircraft/777/Models/777-200ER.xm");
@@ -187,5 +273,67 @@ mod tests {
             assert_eq!(velocity[2], -2.0);
             assert!(octets[192..].iter().all(|o| *o == 0));
         }
+    }
+
+    /// One that speeds up by 2 m/s² while it turns right through north, and climbs ever faster: what a receiver goes on with between
+    /// two packets.
+    #[test]
+    fn accelerations_and_turns_are_those_from_scan_to_scan_in_body_axes() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("eham")).expect("the scene");
+        let gateway = Gateway::new(&scene, crate::gateway::Choice::default());
+        let mut motions = Motions::default();
+        // Headings 350°, 356°, 5°: 6°/s, then 9°/s, so 3°/s².
+        let scan = |n: i64, run: u32| {
+            let heading_rad = [350.0, 356.0, 5.0_f64][n as usize].to_radians();
+            let truth = TruthMessage {
+                id: [1, 2, 3],
+                callsign: "KLM1".into(),
+                type_designator: String::new(),
+                aircraft: true,
+                size_m: [40.0, 36.0],
+                position_m: Point3::new(0.0, 0.0, 50.0),
+                velocity_mps: [1.0 * n as f64, 20.0 + 2.0 * n as f64, 0.5 * n as f64],
+                heading_rad,
+                ours: true,
+                track: None,
+            };
+            ScanReport {
+                run,
+                time_ns: n * 1_000_000_000,
+                truth: vec![truth],
+                ..ScanReport::default()
+            }
+        };
+        let read = |scan: &ScanReport, motion: &Motion| {
+            let octets = packet(&gateway, &scan.truth[0], scan.time_ns, motion);
+            std::array::from_fn::<f64, 9, _>(|i| f32_at(&octets, 192 + 4 * i))
+        };
+        let first = scan(0, 1);
+        assert_eq!(read(&first, &motions.on_scan(&first)[0]), [0.0; 9], "nothing is known yet");
+        let second = scan(1, 1);
+        let motion = motions.on_scan(&second)[0];
+        assert!(
+            (motion.turn_radps - 6.0_f64.to_radians()).abs() < 1e-9 && motion.turn_radps2 == 0.0
+        );
+        let third = scan(2, 1);
+        let said = read(&third, &motions.on_scan(&third)[0]);
+        let (s, c) = libm::sincos(5.0_f64.to_radians());
+        let expected = [
+            0.0,
+            0.0,
+            9.0_f64.to_radians(),
+            2.0 * c + 1.0 * s,
+            1.0 * c - 2.0 * s,
+            -0.5,
+            0.0,
+            0.0,
+            3.0_f64.to_radians(),
+        ];
+        for (found, wanted) in said.iter().zip(expected) {
+            assert!((found - wanted).abs() < 1e-6, "{said:?}");
+        }
+        // The same scan again has no time between; another run knows nothing of this one.
+        assert_eq!(motions.on_scan(&third)[0], Motion::default());
+        assert_eq!(motions.on_scan(&scan(2, 2))[0], Motion::default());
     }
 }

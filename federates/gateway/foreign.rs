@@ -35,6 +35,8 @@ pub enum ForeignPlace {
     Degrees([f64; 2]),
     /// East and north of the sender's reference point, m.
     Local([f64; 2]),
+    /// Slant range, m, and azimuth from north, degrees, as the sensor of this number sees it from its site.
+    Polar([f64; 2]),
 }
 
 /// Who sent a record.
@@ -57,6 +59,7 @@ struct Rows {
     times: &'static [&'static Item],
     degrees: &'static [&'static Item],
     local: Option<&'static Item>,
+    polar: Option<&'static Item>,
     velocity: Option<&'static Item>,
     status: Option<&'static Item>,
     last: &'static str,
@@ -70,6 +73,7 @@ static ROWS: &[(u8, Rows)] = &[
             times: &[&cat010::I140],
             degrees: &[&cat010::I041],
             local: Some(&cat010::I042),
+            polar: Some(&cat010::I040),
             velocity: Some(&cat010::I202),
             status: Some(&cat010::I170),
             last: "TRE",
@@ -82,6 +86,7 @@ static ROWS: &[(u8, Rows)] = &[
             times: &[&cat011::I140],
             degrees: &[&cat011::I041],
             local: Some(&cat011::I042),
+            polar: None,
             velocity: Some(&cat011::I202),
             status: Some(&cat011::I170),
             last: "TSE",
@@ -94,6 +99,7 @@ static ROWS: &[(u8, Rows)] = &[
             times: &[&cat020::I140],
             degrees: &[&cat020::I041],
             local: Some(&cat020::I042),
+            polar: None,
             velocity: Some(&cat020::I202),
             status: Some(&cat020::I170),
             last: "TRE",
@@ -106,6 +112,7 @@ static ROWS: &[(u8, Rows)] = &[
             times: &[&cat021::I071, &cat021::I073, &cat021::I077],
             degrees: &[&cat021::I131, &cat021::I130],
             local: None,
+            polar: None,
             velocity: None,
             status: None,
             last: "",
@@ -118,6 +125,7 @@ static ROWS: &[(u8, Rows)] = &[
             times: &[&cat062::I070],
             degrees: &[&cat062::I105],
             local: Some(&cat062::I100),
+            polar: None,
             velocity: Some(&cat062::I185),
             status: Some(&cat062::I080),
             last: "TSE",
@@ -132,7 +140,8 @@ pub fn track(record: &Record<'_>) -> Option<ForeignTrack> {
     let category = record.category.number;
     let rows = ROWS.iter().find(|(number, _)| *number == category).map(|(_, rows)| rows)?;
     let degrees = rows.degrees.iter().find_map(|item| record.numbers(item));
-    let local = || record.numbers(rows.local?);
+    let local = || record.numbers(rows.local?).map(ForeignPlace::Local);
+    let polar = || record.numbers(rows.polar?).map(ForeignPlace::Polar);
     let status = rows.status.and_then(|item| record.get(item));
     let set = |name: &str| {
         let value = status.and_then(|view| view.value(name));
@@ -145,7 +154,7 @@ pub fn track(record: &Record<'_>) -> Option<ForeignTrack> {
         of_day_s: rows.times.iter().find_map(|item| record.number(item))?,
         place: match degrees {
             Some(place) => ForeignPlace::Degrees(place),
-            None => ForeignPlace::Local(local()?),
+            None => local().or_else(polar)?,
         },
         velocity_mps: match rows.velocity {
             Some(item) => record.numbers(item),
@@ -220,6 +229,20 @@ mod tests {
         let system = read("3e006bbfdfa3840014014651000081cac10018cff8fffe0b0007080021fff202ff029cc03c658605a071cb3d200141019101010110c120c8040210001e4fcc415a4131323334413332304d4c494d434548414d33355201100a0c1e4231322020204d514484000400050203").expect("a track");
         assert_eq!((system.category, system.label.as_str()), (62, "AZA1234"));
         assert!(!system.tentative && !system.coasting && !system.last);
+        // A track of 010 with range and azimuth alone: SIC 9, 1000 m on 90°, number 5.
+        let mut packer = asterix::Packer::new(1400);
+        let written = packer.record(&cat010::CATEGORY, |items| {
+            items.put(&cat010::I010, &[0, 9])?;
+            items.put(&cat010::I000, &[1])?;
+            items.put(&cat010::I140, &[32_400.0])?;
+            items.put(&cat010::I040, &[1000.0, 90.0])?;
+            items.put(&cat010::I161, &[5])
+        });
+        written.expect("it fits");
+        let digits: Vec<String> =
+            packer.take().concat().iter().map(|o| format!("{o:02x}")).collect();
+        let polar = read(&digits.concat()).expect("a track");
+        assert_eq!((polar.number, polar.place), (5, ForeignPlace::Polar([1000.0, 90.0])));
         assert_eq!(
             read("0a001ff70109a0000701618046504005dc60000425fbdb4d41440a0cfffbb4"),
             None,

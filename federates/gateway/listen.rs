@@ -11,7 +11,7 @@ use asterix::blocks;
 use asterix::time::{Unwrap, of_day_s};
 use crossbeam_channel::{Receiver, TrySendError, bounded};
 use datalink::LinkConfig;
-use geodesy::Geodetic;
+use geodesy::{Enu, Geodetic, LocalFrame};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -36,6 +36,7 @@ pub struct ForeignEar {
     lost: Arc<AtomicU64>,
     ends: Arc<AtomicBool>,
     days: Option<Unwrap>,
+    reference: Option<LocalFrame>,
     refused: BTreeMap<String, u64>,
     reports: u64,
 }
@@ -72,7 +73,22 @@ impl ForeignEar {
                 }
             })?;
         }
-        Ok(Self { take, lost, ends, days: None, refused: BTreeMap::new(), reports: 0 })
+        Ok(Self {
+            take,
+            lost,
+            ends,
+            days: None,
+            reference: None,
+            refused: BTreeMap::new(),
+            reports: 0,
+        })
+    }
+
+    /// The same where positions in metres are about this point and not about the scene's.
+    #[must_use]
+    pub fn about(mut self, reference: Option<Geodetic>) -> Self {
+        self.reference = reference.map(LocalFrame::at);
+        self
     }
 
     /// Reports that were read so far, and what was not, by reason.
@@ -134,6 +150,18 @@ impl ForeignEar {
         }
     }
 
+    /// A place of the sender's plane in the airport's.
+    fn about_reference(&self, gateway: &Gateway, [east_m, north_m]: [f64; 2]) -> [f64; 2] {
+        match &self.reference {
+            Some(reference) => {
+                let point = reference.to_ecef(Enu { east_m, north_m, up_m: 0.0 });
+                let there = gateway.frame.to_enu(point);
+                [there.east_m, there.north_m]
+            }
+            None => [east_m, north_m],
+        }
+    }
+
     fn placed(
         &mut self,
         gateway: &Gateway,
@@ -141,7 +169,19 @@ impl ForeignEar {
         heard: ForeignTrack,
     ) -> Option<ForeignReport> {
         let position_m = match heard.place {
-            ForeignPlace::Local(place) => place,
+            ForeignPlace::Local(place) => self.about_reference(gateway, place),
+            ForeignPlace::Polar([range_m, azimuth_deg]) => {
+                let (sin, cos) = libm::sincos(azimuth_deg.to_radians());
+                let (sac, sic) = heard.source;
+                // A sensor of the scene sees from where it stands (targets on the ground); of others only the reference is known.
+                match gateway.sites.get(&sic).filter(|_| sac == 0) {
+                    Some([east_m, north_m, up_m]) => {
+                        let ground_m = (range_m * range_m - up_m * up_m).max(0.0).sqrt();
+                        [east_m + ground_m * sin, north_m + ground_m * cos]
+                    }
+                    None => self.about_reference(gateway, [range_m * sin, range_m * cos]),
+                }
+            }
             ForeignPlace::Degrees([lat, lon]) => {
                 // Its point of the airport's plane: the ray of geocentric coordinates through the place on the ellipsoid.
                 let height_m = gateway.frame.origin_geodetic().height_m;
@@ -196,6 +236,60 @@ mod tests {
             })
             .expect("it fits");
         packer.take().concat()
+    }
+
+    /// Places in metres about another point, and range and azimuth about a sensor's site or that point, on two airports.
+    #[test]
+    fn tracks_are_placed_about_their_reference_and_about_the_site_of_their_sensor() {
+        for name in ["zurich", "eham"] {
+            let scene = scenarios::load_without_truth(&scenarios::locate(name)).expect("the scene");
+            let gateway = Gateway::new(&scene, Choice::default());
+            let frame = &gateway.frame;
+            let radar = scene.sensors.iter().find(|s| s.site_m.is_some()).expect("a radar");
+            let (sic, site_m) = (radar.id.0 as u8, radar.site_m.expect("a site"));
+            let origin = frame.origin_geodetic();
+            let other = Geodetic::from_degrees(
+                origin.lat_deg() + 0.03,
+                origin.lon_deg() - 0.05,
+                origin.height_m + 20.0,
+            );
+            let there = LocalFrame::at(other);
+            let wanted = [1234.0, -987.0];
+            let point = frame.to_ecef(Enu { east_m: wanted[0], north_m: wanted[1], up_m: 0.0 });
+            let theirs = there.to_enu(point);
+            let heard = |source: (u8, u8), place: ForeignPlace, about: Option<Geodetic>| {
+                let mut ear = ForeignEar::open(&[], &[]).expect("nothing to open").about(about);
+                let track = ForeignTrack {
+                    source,
+                    category: 10,
+                    number: 1,
+                    of_day_s: of_day_s(gateway.utc_ns(0)),
+                    place,
+                    velocity_mps: None,
+                    label: String::new(),
+                    tentative: false,
+                    coasting: false,
+                    last: false,
+                };
+                let report = ear.placed(&gateway, 0, track).expect("near");
+                libm::hypot(report.position_m[0] - wanted[0], report.position_m[1] - wanted[1])
+            };
+            let local = ForeignPlace::Local([theirs.east_m, theirs.north_m]);
+            assert!(heard((0, 99), local, Some(other)) < 0.05, "{name}: in its own plane");
+            assert!(heard((0, 99), local, None) > 4000.0, "{name}: not about ours");
+            let own = ForeignPlace::Local(wanted);
+            assert!(heard((0, 99), own, None) < 1e-9, "{name}: about ours");
+            let (e, n) = (wanted[0] - site_m.x, wanted[1] - site_m.y);
+            let polar = |e: f64, n: f64, up: f64| {
+                let range_m = libm::sqrt(e * e + n * n + up * up);
+                ForeignPlace::Polar([range_m, libm::atan2(e, n).to_degrees()])
+            };
+            assert!(heard((0, sic), polar(e, n, site_m.z), None) < 1e-6, "{name}: from its site");
+            assert!(heard((0, sic), polar(e, n, site_m.z), Some(other)) < 1e-6, "{name}");
+            // The same number at somebody else's is no sensor of the scene.
+            let far = polar(theirs.east_m, theirs.north_m, 0.0);
+            assert!(heard((7, sic), far, Some(other)) < 0.05, "{name}: from the reference");
+        }
     }
 
     #[test]

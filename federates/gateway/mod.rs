@@ -1,7 +1,7 @@
 //! Gateway: a spectator that says in ASTERIX what sensors and data fusion found.
 //!
 //! ```text
-//! scans, weather, flights ──► Gateway ──► datagrams: starts of cycle, plots, 062, 011, 065, 247
+//! scans, weather, flights, alerts ──► Gateway ──► datagrams: starts of cycle, plots, 062, 011, 065, 004, 247
 //! ```
 //!
 //! [`Gateway`] is a state machine without I/O; [`process`] carries it on a bus and over UDP. Truth never enters: of
@@ -9,6 +9,7 @@
 //! messages ([`public`]) over HTTP and a Zenoh session of its own, FlightGear packets; [`ports`] holds them.
 
 pub mod adsb;
+pub mod alerts;
 pub mod board;
 pub mod clients;
 pub mod command;
@@ -25,7 +26,10 @@ pub mod public;
 pub mod public_bus;
 pub mod tracks;
 
-use crate::runtime::messages::{FlightNotice, ScanReport, TrackMessage, WeatherNotice};
+use crate::runtime::messages::{
+    AlertMessage, FlightNotice, ScanReport, TrackMessage, WeatherNotice,
+};
+use alerts::Alerts;
 use asterix::{DATAGRAM_LIMIT, EncodeError, Packer, cat010, cat019, cat065, cat247};
 use geodesy::{Enu, LocalFrame};
 use models::plot::SensorKind;
@@ -36,10 +40,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// SIC of the SMDFM's own reports.
 pub const SMDFM_SIC: u8 = 200;
+/// SIC of the control function: alerts and stop bars.
+pub const CONTROL_SIC: u8 = 201;
 /// Largest number of a sensor that is its SIC as well.
 pub const MOST_SENSORS: u16 = 199;
 /// Categories that a run can be sent in.
-pub const CATEGORIES: [u8; 8] = [10, 11, 19, 20, 21, 62, 65, 247];
+pub const CATEGORIES: [u8; 9] = [4, 10, 11, 19, 20, 21, 62, 65, 247];
 
 const DAY_NS: i64 = 86_400_000_000_000;
 /// Scans between two status messages, and between two messages of the versions, s.
@@ -109,6 +115,8 @@ pub struct Gateway {
     choice: Choice,
     sources: Vec<Source>,
     pub(crate) frame: LocalFrame,
+    /// Sites of the sensors that have one, by SIC, m east, north and up.
+    pub(crate) sites: BTreeMap<u8, [f64; 3]>,
     pub(crate) elevation_m: f64,
     pub(crate) icao: String,
     pub(crate) areas: AreaMap,
@@ -118,6 +126,7 @@ pub struct Gateway {
     pub(crate) flights: Vec<FlightNotice>,
     pub(crate) weather: Vec<WeatherNotice>,
     pub(crate) memory: BTreeMap<u16, Memory>,
+    alerts: Alerts,
     last: Option<(u32, u64)>,
     scans_lost: u64,
     refused: BTreeMap<String, u64>,
@@ -134,6 +143,11 @@ impl Gateway {
         Self {
             choice,
             sources: sources.collect(),
+            sites: scene
+                .sensors
+                .iter()
+                .filter_map(|s| Some((u8::try_from(s.id.0).ok()?, s.site_m?.into())))
+                .collect(),
             frame: scene.airport.frame,
             elevation_m: scene.airport.reference.height_m,
             icao: scene.airport.layout.icao.clone(),
@@ -144,6 +158,7 @@ impl Gateway {
             flights: Vec::new(),
             weather: Vec::new(),
             memory: BTreeMap::new(),
+            alerts: Alerts::default(),
             last: None,
             scans_lost: 0,
             refused: BTreeMap::new(),
@@ -168,6 +183,16 @@ impl Gateway {
         if self.weather.len() > 1000 {
             self.weather.remove(0);
         }
+    }
+
+    /// Changes of alerts; each may be told several times.
+    pub fn on_alerts(&mut self, messages: Vec<AlertMessage>) {
+        self.alerts.take(messages);
+    }
+
+    /// Stop bars, as control tells them (JSON).
+    pub fn on_lights(&mut self, text: &str) {
+        self.alerts.take_lights(text);
     }
 
     /// Scans that never arrived.
@@ -227,7 +252,7 @@ impl Gateway {
     }
 
     /// The datagrams of a scan, in the order in which a cycle is sent: starts of cycle, sensors' status, plots, 062, 011,
-    /// end of batch, fusion's status, versions.
+    /// end of batch, alerts and stop bars, fusion's status, versions.
     pub fn on_scan(&mut self, scan: &ScanReport) -> Vec<Vec<u8>> {
         self.count_gap(scan);
         self.remember(scan);
@@ -255,6 +280,7 @@ impl Gateway {
         if self.choice.tracks {
             self.tracks(&mut out, scan);
         }
+        self.alerts.end_cycle();
         if self.choice.status && self.choice.has(65) && due(STATUS_S) {
             let time_s = self.of_day_s(scan.time_ns);
             out.add(|packer| {
@@ -372,8 +398,10 @@ impl Gateway {
             }
         }
         if self.choice.has(11) {
+            let marks = self.alerts.marks(scan);
             for track in &tracks {
-                out.add(|packer| tracks::record_011(packer, self, track));
+                let mark = marks.get(&track.number);
+                out.add(|packer| tracks::record_011(packer, self, track, mark));
             }
         }
         if self.choice.has(65) {
@@ -387,6 +415,15 @@ impl Gateway {
                     items.put(&cat065::I020, &[scan.scan as u8])
                 })
             });
+        }
+        if self.choice.has(4) {
+            for alert in self.alerts.of_004() {
+                out.add(|packer| alerts::record_004(packer, self, alert, scan));
+            }
+        }
+        let banks = self.alerts.banks();
+        if self.choice.has(11) && !banks.is_empty() {
+            out.add(|packer| alerts::record_bars(packer, self, &banks, scan.time_ns));
         }
     }
 

@@ -1,6 +1,6 @@
 //! All ports of the gateway beside ASTERIX: Beast, SBS, HTTP, the public plane, FlightGear.
 
-use super::adsb::Piece;
+use super::adsb::{Origin, Piece};
 use super::board::Board;
 use super::clients::{Clients, Served};
 use super::flightgear;
@@ -29,6 +29,8 @@ pub struct Feeds {
     pub public: Option<PublicConfig>,
     /// Targets without address get one.
     pub invent: bool,
+    /// Whose positions squitters have.
+    pub adsb_from: Origin,
     /// FlightGear multiplayer packets go there.
     pub flightgear: Vec<SocketAddr>,
 }
@@ -48,6 +50,8 @@ impl Feeds {
 /// Open ports.
 pub struct Ports {
     board: Arc<Board>,
+    notes: Vec<String>,
+    motions: flightgear::Motions,
     beast: Option<Clients>,
     sbs: Option<Clients>,
     http: Option<Http>,
@@ -75,7 +79,26 @@ impl Ports {
             Http::serve(address, Arc::clone(&board)).with_context(|| taken("--http", address))
         };
         let http = feeds.http.map(serve).transpose()?;
-        let public = feeds.public.as_ref().map(|c| PublicPlane::open(c, Arc::clone(&board)));
+        let mut notes = Vec::new();
+        let public = match feeds
+            .public
+            .as_ref()
+            .map(|c| (c, PublicPlane::open(c, Arc::clone(&board))))
+        {
+            Some((config, Ok(plane))) => {
+                notes.push(format!("the public interface is at {}", config.endpoint));
+                Some(plane)
+            }
+            Some((config, Err(_))) if !config.asked => {
+                notes.push(format!(
+                    "{} is taken: no public interface (--public tcp/127.0.0.1:PORT gives it another place)",
+                    config.endpoint
+                ));
+                None
+            }
+            Some((_, Err(error))) => return Err(error.into()),
+            None => None,
+        };
         let flightgear = match feeds.flightgear.first() {
             Some(first) => {
                 let any = if first.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
@@ -83,9 +106,10 @@ impl Ports {
             }
             None => None,
         };
-        let public = public.transpose()?;
         Ok(Self {
             board,
+            notes,
+            motions: flightgear::Motions::default(),
             beast,
             sbs,
             http,
@@ -114,6 +138,7 @@ impl Ports {
         if let Some(http) = &self.http {
             places.push(format!("HTTP at http://{}/api/v1/state", http.address()));
         }
+        places.extend(self.notes.iter().cloned());
         places
     }
 
@@ -127,7 +152,7 @@ impl Ports {
         }
         self.send_until(now_ns);
         if let Some((socket, to)) = &self.flightgear {
-            for packet in flightgear::packets(scan, &self.board) {
+            for packet in flightgear::packets(scan, &self.board, &mut self.motions) {
                 for address in to {
                     self.packets += u64::from(socket.send_to(&packet, address).is_ok());
                 }

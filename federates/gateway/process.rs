@@ -5,13 +5,13 @@ use super::listen::ForeignEar;
 use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
 use crate::federation::GATEWAY as NAME;
-use crate::runtime::bus::{Bus, Class, hear_parts, watch_stations};
+use crate::runtime::bus::{Bus, Class, ask, hear_parts, watch_stations};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Kind, Numbered, Operation, Report, RunState, ScanReport,
-    SeatMessage, WeatherNotice,
+    AlertMessage, FederateStatus, FlightNotice, Kind, Numbered, Operation, Report, RunState,
+    ScanReport, SeatMessage, WeatherNotice,
 };
 use crate::runtime::process::{Usage, host_name};
 use crate::runtime::spectator::{Joined, Spectator, hear, last};
@@ -19,6 +19,7 @@ use anyhow::Context;
 use capture::Recorder;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use datalink::LinkConfig;
+use geodesy::Geodetic;
 use scenarios::Scene;
 use std::collections::BTreeSet;
 use std::net::{IpAddr, SocketAddr};
@@ -41,6 +42,8 @@ pub struct Task {
     pub hear: Vec<LinkConfig>,
     /// Only of these senders; of all if there is none.
     pub hear_from: Vec<IpAddr>,
+    /// What their positions in metres are about; the scene's reference without it.
+    pub hear_about: Option<Geodetic>,
     /// DIS exercise.
     pub exercise: u8,
     /// Every datagram sent, as pcapng.
@@ -85,6 +88,8 @@ enum Event {
     Weather(WeatherNotice),
     Flights(Vec<FlightNotice>),
     Operation(Operation),
+    Alerts(Vec<AlertMessage>),
+    Lights(String),
     Inputs(Vec<SeatMessage>),
     Federate(Box<FederateStatus>),
     ConductorAlive(bool),
@@ -136,9 +141,9 @@ pub fn run(
     let mut port = Port::open(task)?;
     let ear = match task.hear.is_empty() {
         true => None,
-        false => Some(ForeignEar::open(&task.hear, &task.hear_from)?),
+        false => Some(ForeignEar::open(&task.hear, &task.hear_from)?.about(task.hear_about)),
     };
-    let board = Board::new(scene, task.exercise, task.feeds.invent);
+    let board = Board::new(scene, task.exercise, task.feeds.invent).sending(task.feeds.adsb_from);
     let mut ports = Ports::open(&task.feeds, board)?;
     places(&ports.places());
     let mut gateway = Gateway::new(scene, task.choice.clone());
@@ -148,6 +153,17 @@ pub fn run(
     hear(bus, "obs/weather", inbox.taking(Event::Weather))?;
     hear(bus, "obs/flights", inbox.taking(Event::Flights))?;
     hear(bus, "obs/operation", inbox.taking(Event::Operation))?;
+    hear(bus, "control/1/alerts", inbox.taking(Event::Alerts))?;
+    let lights = inbox.clone();
+    let put_lights = move |octets: &[u8]| {
+        if octets.len() <= MOST_LIGHTS
+            && let Ok(text) = std::str::from_utf8(octets)
+        {
+            lights.put(Event::Lights(text.to_owned()));
+        }
+    };
+    let put_last = put_lights.clone();
+    bus.subscribe("control/1/lights", Box::new(move |_, octets| put_lights(octets)))?;
     hear(bus, "obs/inputs", inbox.taking(Event::Inputs))?;
     hear(bus, "obs/fed/*", inbox.taking(|status| Event::Federate(Box::new(status))))?;
     let spectator = Spectator {
@@ -166,6 +182,9 @@ pub fn run(
     last(bus, "obs/state/last", |state| put(Event::State(state)))?;
     last(bus, "obs/weather/last", |notice| put(Event::Weather(notice)))?;
     last(bus, "obs/flights/last", |entries| put(Event::Flights(entries)))?;
+    if let Some(octets) = ask(bus, "control/1/lights/last", Vec::new(), LIGHTS_WITHIN)? {
+        put_last(&octets);
+    }
     let mut listening = Listening {
         gateway: &mut gateway,
         port: &mut port,
@@ -173,10 +192,15 @@ pub fn run(
         ear,
         shifted: !task.wall,
         state: RunState::default(),
+        refused: None,
     };
     listening.until_the_end(bus, inbox, &joined);
+    let refused = listening.refused;
     port.close();
     ports.close();
+    if let Some(refused) = refused {
+        return Err(refused.into());
+    }
     port.sent.ports = ports.figures();
     port.sent.scans_lost = gateway.scans_lost();
     port.sent.records_refused = gateway.refused().values().sum();
@@ -184,6 +208,18 @@ pub fn run(
         tracing::warn!("{count} records were not written: {reason}");
     }
     Ok(Some(port.sent))
+}
+
+/// Times of day follow the wall clock at rate 1 only.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "--asterix-time wall: this run goes at rate {0}, and times of day follow the wall clock at rate 1 only; take --asterix-time scene"
+)]
+pub struct NotAtWallRate(pub f64);
+
+/// Whether a run goes at rate 1, or has not said yet how fast.
+fn at_wall_rate(state: &RunState) -> bool {
+    matches!(state.rate, 0.0 | 1.0)
 }
 
 /// The loop and what it carries.
@@ -194,6 +230,7 @@ struct Listening<'a> {
     ear: Option<ForeignEar>,
     shifted: bool,
     state: RunState,
+    refused: Option<NotAtWallRate>,
 }
 
 impl Listening<'_> {
@@ -232,6 +269,9 @@ impl Listening<'_> {
                     }
                 }
             }
+            if self.refused.is_some() {
+                return;
+            }
             if now_ns - told_ns >= STATUS_NS || told_ns == 0 {
                 told_ns = now_ns;
                 usage.sample(now_ns);
@@ -269,6 +309,10 @@ impl Listening<'_> {
                 self.ports.on_scan(&scan);
             }
             Event::State(state) => {
+                if !self.shifted && !at_wall_rate(&state) {
+                    self.refused = Some(NotAtWallRate(state.rate));
+                    return;
+                }
                 self.ports.on_state(&state);
                 self.state = state;
             }
@@ -280,6 +324,8 @@ impl Listening<'_> {
                 self.ports.on_flights(&entries);
                 self.gateway.on_flights(entries);
             }
+            Event::Alerts(told) => self.gateway.on_alerts(told),
+            Event::Lights(text) => self.gateway.on_lights(&text),
             Event::Inputs(told) => self.ports.on_inputs(&told),
             Event::Operation(operation) => self.ports.on_operation(operation),
             Event::Federate(_) | Event::ConductorAlive(_) | Event::Stop => {}
@@ -386,6 +432,10 @@ const WAITING: usize = 4096;
 const HEARD: usize = 256;
 /// How often the run is looked at when nothing arrives.
 const TICK: Duration = Duration::from_millis(250);
+/// Octets of a message about stop bars.
+const MOST_LIGHTS: usize = 1 << 20;
+/// How long is waited for what control said of them before; none is there where nobody controls.
+const LIGHTS_WITHIN: Duration = Duration::from_millis(200);
 const STATUS_NS: u64 = 1_000_000_000;
 /// Foreign reports of one message.
 const REPORTS: usize = 500;

@@ -34,6 +34,8 @@ const FEDERATES: usize = 64;
 pub struct PublicConfig {
     /// Endpoint that clients connect to.
     pub endpoint: String,
+    /// Somebody asked for it; else a port that is taken is no failure.
+    pub asked: bool,
     /// DIS exercise.
     pub exercise: u8,
     /// What proves who both ends are; beyond this host it must be there.

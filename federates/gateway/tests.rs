@@ -189,6 +189,203 @@ fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
     assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
 }
 
+/// Alerts as they change and in every cycle while they last, their end as end of conflict; the tracks in them are marked; stop bars in
+/// banks of twelve, where one is lit or changed.
+#[test]
+fn alerts_and_stop_bars_go_out_while_they_last_and_once_when_they_end() {
+    use asterix::cat004;
+    use models::control::alert::{AlertKind, Change, Stage};
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    let alert = |number, id, change, stage, subjects: &str| AlertMessage {
+        run: 1,
+        time_ns: 0,
+        change,
+        id,
+        kind: AlertKind::RunwayOpposite,
+        stage,
+        subjects: subjects.into(),
+        since_ns: 0,
+        asterix: AlertKind::RunwayOpposite.asterix(),
+        place_m: Point2::new(120.5, -40.0),
+        number,
+    };
+    let at = |scan: u64, numbers: &[u16]| {
+        let named = |number: &u16| TrackMessage {
+            callsign: format!("SWR{number}"),
+            ..track(*number, scan as i64 * 1_000_000_000)
+        };
+        report(scan, numbers.iter().map(named).collect(), vec![])
+    };
+    // What is said of alerts: message, number, both tracks; and by track what it is marked with.
+    type Said = (Vec<[Option<f64>; 4]>, Vec<(f64, [f64; 4], Vec<f64>)>);
+    let said = |sent: &[Vec<u8>]| -> Said {
+        let of_004 = |r: &Record<'_>| {
+            let items = [&cat004::I000, &cat004::I040, &cat004::I030, &cat004::I035];
+            (r.category.number == 4).then(|| items.map(|item| r.number(item)))
+        };
+        let marked = |r: &Record<'_>| {
+            let all = r.get(&cat011::I605);
+            let all = all.iter().flat_map(|v| v.values()).filter_map(|(_, v)| v.number());
+            Some((r.number(&cat011::I161)?, r.numbers(&cat011::I600)?, all.collect()))
+        };
+        (read(sent, of_004), read(sent, marked))
+    };
+    assert_eq!(said(&gateway.on_scan(&at(1, &[7, 4100]))), (vec![], vec![]));
+    let raised = alert(1, 300, Change::Raised, Stage::Information, "SWR4100 SWR7");
+    gateway.on_alerts(vec![raised.clone()]);
+    // Told again, as messages may be lost.
+    gateway.on_alerts(vec![raised]);
+    let both = [Some(11.0), Some(300.0), Some(4100.0), Some(7.0)];
+    for scan in 2..=3 {
+        let (alerts, marks) = said(&gateway.on_scan(&at(scan, &[7, 4100])));
+        assert_eq!(alerts, [both], "{scan}");
+        // A number of more than twelve bits is no member of 605; 300 is 44 in an octet.
+        let mark = |track| (track, [1.0, 1.0, 11.0, 44.0], vec![7.0]);
+        assert_eq!(marks, [mark(7.0), mark(4100.0)], "{scan}");
+    }
+    gateway.on_alerts(vec![
+        alert(2, 300, Change::Changed, Stage::Alarm, "SWR4100 SWR7"),
+        alert(3, 301, Change::Raised, Stage::Information, "7"),
+        alert(4, 302, Change::Raised, Stage::Alarm, "strip 3"),
+    ]);
+    let (alerts, marks) = said(&gateway.on_scan(&at(4, &[7])));
+    let alone = [Some(11.0), Some(301.0), Some(7.0), None];
+    let gone = [Some(11.0), Some(300.0), None, Some(7.0)];
+    assert_eq!(alerts, [gone, alone, [Some(11.0), Some(302.0), None, None]]);
+    assert_eq!(marks, [(7.0, [1.0, 2.0, 11.0, 44.0], vec![7.0])], "the graver one");
+    gateway.on_alerts(vec![
+        alert(5, 300, Change::Ended, Stage::Alarm, "SWR4100 SWR7"),
+        alert(6, 302, Change::Ended, Stage::Alarm, "strip 3"),
+    ]);
+    let (alerts, marks) = said(&gateway.on_scan(&at(5, &[7, 4100])));
+    let ended = [Some(17.0), Some(300.0), Some(4100.0), Some(7.0)];
+    assert_eq!(alerts, [ended, alone, [Some(17.0), Some(302.0), None, None]]);
+    let last = (4100.0, [1.0, 0.0, 11.0, 44.0], vec![7.0]);
+    assert_eq!(marks, [(7.0, [1.0, 1.0, 11.0, 45.0], vec![7.0]), last]);
+    assert_eq!(said(&gateway.on_scan(&at(6, &[7]))).0, [alone]);
+    // Another run knows nothing of them, and what is late of the first is of nobody.
+    gateway
+        .on_alerts(vec![AlertMessage { run: 2, ..alert(1, 1, Change::Ended, Stage::Alarm, "7") }]);
+    gateway.on_alerts(vec![alert(9, 9, Change::Raised, Stage::Alarm, "7")]);
+    assert_eq!(said(&gateway.on_scan(&at(7, &[7]))).0, [[Some(17.0), Some(1.0), Some(7.0), None]]);
+    assert_eq!(said(&gateway.on_scan(&at(8, &[7]))).0.len(), 0);
+
+    let banks = |sent: &[Vec<u8>]| -> Vec<Vec<f64>> {
+        read(sent, |r| {
+            let bars = r.get(&cat011::I610)?;
+            assert_eq!(r.number(&cat011::I000), Some(7.0));
+            Some(bars.values().filter_map(|(_, v)| v.number()).collect())
+        })
+    };
+    let lights = |lit: &[usize]| {
+        let bars: Vec<_> = (0..14).map(|i| serde_json::json!({"lit": lit.contains(&i)})).collect();
+        serde_json::json!({"time_s": 1.0, "bars": bars}).to_string()
+    };
+    gateway.on_lights(&lights(&[0, 13]));
+    for scan in 9..=10 {
+        let sent = gateway.on_scan(&at(scan, &[]));
+        // The first indicator is the highest bit; 0 is lit.
+        assert_eq!(banks(&sent), [[0.0, f64::from(0x7ff), 1.0, f64::from(0xbff)]], "{scan}");
+    }
+    gateway.on_lights(&lights(&[]));
+    let off = [[0.0, f64::from(0xfff), 1.0, f64::from(0xfff)]];
+    assert_eq!(banks(&gateway.on_scan(&at(11, &[]))), off, "once");
+    assert!(banks(&gateway.on_scan(&at(12, &[]))).is_empty(), "none is lit");
+    gateway.on_lights("not JSON");
+    assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
+}
+
+/// Squitters of what ADS-B sensors were told: with its error, gone on in a straight line, and nobody whom no sensor heard lately.
+#[test]
+fn squitters_of_reports_say_what_the_sensors_were_told() {
+    use geodesy::Geodetic;
+    use models::frames::Point3;
+    let flight = |callsign: &str, address, movement| FlightNotice {
+        callsign: callsign.into(),
+        address: Some(address),
+        type_designator: "A320".into(),
+        wake: Some(WakeCategory::Medium),
+        movement,
+        runway: "28".into(),
+        stand: String::new(),
+        stand_m: None,
+        eta_ctd_ns: 0,
+        off_block_ns: None,
+        routing: Vec::new(),
+    };
+    let board = board::Board::new(&scene(), 1, true).sending(adsb::Origin::Reports);
+    board.on_flights(vec![
+        flight("SWR137H", 0x4b_1805, MovementKind::Arrival),
+        flight("FIRE1", 0x4b_0002, MovementKind::Vehicle),
+        flight("SWR9", 0x4b_0009, MovementKind::Departure),
+    ]);
+    let told = |identity: &str, time_ns, place: [f64; 2], velocity_mps, altitude_m| PlotMessage {
+        kind: SensorKind::Adsb,
+        identity: identity.into(),
+        position_m: place.into(),
+        velocity_mps: Some(velocity_mps),
+        altitude_m,
+        ..plot(9, time_ns)
+    };
+    let frame = scene().airport.frame;
+    let shown = |scan: u64, plots: Vec<PlotMessage>| -> BTreeMap<String, serde_json::Value> {
+        let mut report = report(scan, vec![], plots);
+        // True of all three, and far from what is reported.
+        report.truth = ["SWR137H", "FIRE1", "SWR9"]
+            .iter()
+            .zip(1..)
+            .map(|(name, entity)| crate::runtime::messages::TruthMessage {
+                id: [1, 1, entity],
+                callsign: (*name).into(),
+                type_designator: String::new(),
+                aircraft: true,
+                size_m: [30.0, 30.0],
+                position_m: Point3::new(-3000.0, 3000.0, 0.0),
+                velocity_mps: [0.0; 3],
+                heading_rad: 0.0,
+                ours: true,
+                track: None,
+            })
+            .collect();
+        board.on_scan(&std::sync::Arc::new(report));
+        let json = board.value("aircraft.json").expect("there");
+        let list = json["aircraft"].as_array().expect("a list").clone();
+        list.into_iter().map(|a| (a["hex"].as_str().expect("an address").to_owned(), a)).collect()
+    };
+    let off_m = |entry: &serde_json::Value, place: [f64; 2]| {
+        let degrees = |name: &str| entry[name].as_f64().expect(name);
+        let height_m = frame.origin_geodetic().height_m;
+        let at = Geodetic::from_degrees(degrees("lat"), degrees("lon"), height_m).to_ecef();
+        let there = frame.to_enu(at);
+        libm::hypot(there.east_m - place[0], there.north_m - place[1])
+    };
+    let first = shown(
+        1,
+        vec![
+            told("SWR137H", 400_000_000, [2000.0, 500.0], [-70.0, 0.0], Some(205.74)),
+            told("SWR137H", 900_000_000, [1965.5, 501.0], [-70.0, 0.0], Some(198.12)),
+            told("FIRE1", 500_000_000, [100.0, 200.0], [0.0, 0.0], None),
+        ],
+    );
+    let names: Vec<&str> = first.keys().map(String::as_str).collect();
+    assert_eq!(names, ["4b0002", "4b1805"], "whom no sensor heard is not there");
+    // A tenth of a second on from its last report; six decimals of degrees are 0.1 m.
+    assert!(off_m(&first["4b1805"], [1958.5, 501.0]) < 0.15, "{}", first["4b1805"]);
+    assert!(first["4b1805"]["alt_baro"].as_f64().is_some_and(|ft| ft > 600.0), "in the air");
+    assert_eq!(first["4b1805"]["category"], "A3");
+    assert!(off_m(&first["4b0002"], [100.0, 200.0]) < 0.15);
+    assert_eq!(
+        (&first["4b0002"]["alt_baro"], &first["4b0002"]["type"]),
+        (&"ground".into(), &"adsb_icao_nt".into())
+    );
+    // A report that is lost: it goes on in a straight line; of one that stands the next comes in five seconds.
+    let second = shown(2, vec![]);
+    assert!(off_m(&second["4b1805"], [1888.5, 501.0]) < 0.15);
+    assert!(off_m(&second["4b0002"], [100.0, 200.0]) < 0.15);
+    assert_eq!(shown(11, vec![]).len(), 2);
+    assert!(shown(12, vec![]).is_empty(), "silent for more than eleven seconds");
+}
+
 /// Whatever was heard last, whoever asks afterwards learns that the run is over.
 #[test]
 fn a_run_whose_end_was_not_heard_is_over_all_the_same() {

@@ -1,13 +1,14 @@
 //! A system track in categories 062 and 011.
 
+use super::alerts::Mark;
 use super::items::{FOOT_M, ascii, fleet, fleet_011, ident, pressure_altitude_m, signed_root};
 use super::plots::Mixed;
 use super::{Gateway, Memory, SMDFM_SIC};
 use crate::runtime::messages::{FlightNotice, TrackMessage};
 use asterix::{EncodeError, ItemWriter, Packer, cat011, cat062};
 use models::flight_list::{MovementKind, WakeCategory};
-use models::score::areas::Area;
 use models::plot::ON_GROUND_M;
+use models::score::areas::Area;
 use models::track::{TrackStatus, TrackType};
 
 /// Age after which a kind of sensor counts as never seen: the largest that eight bits of ¼ s hold, s.
@@ -220,7 +221,7 @@ pub fn record_062(
     })
 }
 
-/// Adds a track in category 011.
+/// Adds a track in category 011, marked with the alert that it is in.
 ///
 /// # Errors
 /// If a value does not fit its field; nothing is added then.
@@ -228,6 +229,7 @@ pub fn record_011(
     packer: &mut Packer,
     gateway: &Gateway,
     track: &TrackMessage,
+    mark: Option<&Mark>,
 ) -> Result<(), EncodeError> {
     let system = System::of(gateway, track);
     let bits = system.bits();
@@ -309,6 +311,14 @@ pub fn record_011(
         items.compound(&cat011::I500, |sub| {
             sub.put(&cat011::I500_APC, &[ee_m2.max(0.0).sqrt(), nn_m2.max(0.0).sqrt()])?;
             sub.put(&cat011::I500_AVC, &[vee.max(0.0).sqrt(), vnn.max(0.0).sqrt()])
-        })
+        })?;
+        if let Some(Mark { severity, kind, number, tracks }) = mark {
+            // The first bit is inverted: nobody has acknowledged it.
+            items.put(&cat011::I600, &[1, *severity, *kind, *number])?;
+            if !tracks.is_empty() {
+                items.put(&cat011::I605, tracks)?;
+            }
+        }
+        Ok(())
     })
 }

@@ -5,6 +5,7 @@ use clap::{Args, ValueEnum};
 use scenarios::losses::{
     ByMember, Losses, OnLoss, ReturnWithin, on_loss_flag, return_flag, stall_flag, step_flag,
 };
+use std::ffi::OsString;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -244,9 +245,34 @@ pub fn share(text: &str) -> Result<f64, String> {
 /// The command line of this process. `--rate -1` is a value that the flag refuses, not an unknown flag `-1`.
 #[must_use]
 pub fn parse<P: clap::Parser>() -> P {
-    let matches = with_negative_numbers(P::command()).get_matches();
+    let line = with_endpoints(std::env::args_os());
+    let matches = with_negative_numbers(P::command()).get_matches_from(line);
     super::process::one_thread_for_tls();
     P::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut P::command()).exit())
+}
+
+/// `--public ENDPOINT` as `--public=ENDPOINT`: the flag goes without a value too, so that what stands behind it is its value only
+/// where it is an endpoint (`tcp/127.0.0.1:7448`) and no scene.
+fn with_endpoints(line: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let is_endpoint = |word: &OsString| {
+        let parts = word.to_str().and_then(|text| text.split_once('/'));
+        parts.is_some_and(|(transport, place)| {
+            let port = place.rsplit_once(':').map_or("", |(_, port)| port);
+            let word = transport.bytes().all(|b| b.is_ascii_lowercase()) && !transport.is_empty();
+            word && port.parse::<u16>().is_ok()
+        })
+    };
+    let mut joined: Vec<OsString> = Vec::new();
+    for word in line {
+        match joined.last_mut() {
+            Some(flag) if *flag == "--public" && is_endpoint(&word) => {
+                flag.push("=");
+                flag.push(word);
+            }
+            _ => joined.push(word),
+        }
+    }
+    joined
 }
 
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
@@ -503,6 +529,28 @@ mod tests {
             ["", "foo", "tcp/1.2.3.4", "tcp/1.2.3.4:99999", "tcp/:1", "127.0.0.1:1", "ftp/h:1"]
         {
             assert!(endpoint(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn an_endpoint_behind_a_blank_is_the_flag_s_and_a_scene_is_not() {
+        let line =
+            |words: &[&str]| -> Vec<OsString> { with_endpoints(words.iter().map(OsString::from)) };
+        for (words, joined) in [
+            (
+                &["run", "--public", "tcp/127.0.0.1:17448"][..],
+                &["run", "--public=tcp/127.0.0.1:17448"][..],
+            ),
+            (&["--public", "tls/[::1]:7448", "zurich"], &["--public=tls/[::1]:7448", "zurich"]),
+            (&["--public", "udp/1.2.3.4:5", "eham"], &["--public=udp/1.2.3.4:5", "eham"]),
+            (&["--public", "zurich"], &["--public", "zurich"]),
+            (&["--public", "scenes/zurich.toml"], &["--public", "scenes/zurich.toml"]),
+            (&["--public", "/a/b:1"], &["--public", "/a/b:1"]),
+            (&["--public=tcp/h:1", "tcp/h:2"], &["--public=tcp/h:1", "tcp/h:2"]),
+            (&["--sync-listen", "tcp/h:2"], &["--sync-listen", "tcp/h:2"]),
+        ] {
+            assert_eq!(line(words), line(joined), "{words:?}");
+            assert_eq!(line(words).len(), joined.len(), "{words:?}");
         }
     }
 

@@ -72,6 +72,9 @@ pub fn reports(
         let position_m = match (report.place, place) {
             (ForeignPlace::Local([x_m, y_m]), _) => Point2::new(x_m, y_m),
             (ForeignPlace::Degrees([lat, lon]), Some(place)) => place(lat, lon),
+            (ForeignPlace::Polar(_), _) => bail!(
+                "positions are in range and azimuth about the site of a sensor, which no recording says: let a run hear them (--asterix-in) and score the tracks of its database (foreign_tracks)"
+            ),
             (ForeignPlace::Degrees(_), None) => {
                 bail!("positions are in degrees; name the scene of the airport with --scene")
             }
