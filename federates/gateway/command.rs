@@ -4,6 +4,7 @@ use crate::exchange::operator;
 use crate::federation::GATEWAY as NAME;
 use crate::gateway::adsb::Origin;
 use crate::gateway::commands::{Rights, Wish};
+use crate::gateway::listen::HeardLink;
 use crate::gateway::ports::Feeds;
 use crate::gateway::process::{Inbox, NotAtWallRate, Task, run as run_gateway};
 use crate::gateway::public_bus::{DEFAULT_ENDPOINT, PublicConfig};
@@ -21,7 +22,8 @@ use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use datalink::{Destinations, LinkConfig};
 use geodesy::Geodetic;
-use scenarios::Scene;
+use scenarios::external::{AsterixIn, AsterixOut};
+use scenarios::{External, Scene};
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -45,22 +47,16 @@ pub struct AsterixArgs {
     asterix: Vec<Destinations>,
 
     /// What to send, with commas between: plots and starts of cycle, system tracks, periodic status [default: all]
-    #[arg(
-        long = "asterix-send",
-        value_name = "WHAT",
-        value_enum,
-        value_delimiter = ',',
-        requires = "asterix"
-    )]
+    #[arg(long = "asterix-send", value_name = "WHAT", value_enum, value_delimiter = ',')]
     asterix_send: Vec<What>,
 
     /// Only these categories, with commas between, of 4, 10, 11, 19, 20, 21, 62, 65, 247; ADS-B goes out in 10 where 21 is not among them
     #[arg(long = "asterix-cat", value_name = "N", value_delimiter = ',', value_parser = category)]
     asterix_cat: Vec<u8>,
 
-    /// Time of day in ASTERIX, SBS lines and JSON: that of the scene, or shifted once so that the first message carries now
-    #[arg(long = "asterix-time", value_name = "CLOCK", value_enum, default_value_t = Clock::Scene)]
-    asterix_time: Clock,
+    /// Time of day in ASTERIX, SBS lines and JSON: that of the scene, or shifted once so that the first message carries now [default: scene]
+    #[arg(long = "asterix-time", value_name = "CLOCK", value_enum)]
+    asterix_time: Option<Clock>,
 
     /// Record every datagram sent into this pcapng file
     #[arg(long = "asterix-record", value_name = "FILE")]
@@ -71,20 +67,23 @@ pub struct AsterixArgs {
     asterix_in: Vec<Destinations>,
 
     /// Hear only these senders, with commas between
-    #[arg(
-        long = "asterix-from",
-        value_name = "IP",
-        value_delimiter = ',',
-        requires = "asterix_in"
-    )]
+    #[arg(long = "asterix-from", value_name = "IP", value_delimiter = ',')]
     asterix_from: Vec<IpAddr>,
 
     /// Point that positions in metres of those tracks are about, degrees and metres above the ellipsoid [default: the scene's reference]
-    #[arg(long, value_name = "LAT,LON[,M]", requires = "asterix_in", value_parser = reference, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LAT,LON[,M]", value_parser = reference, allow_hyphen_values = true)]
     asterix_reference: Option<Reference>,
 
     #[command(flatten)]
     feeds: FeedArgs,
+
+    /// Receivers of the scene, where no flag says one.
+    #[arg(skip)]
+    streams: Vec<AsterixOut>,
+
+    /// Streams of others that the scene hears, where no flag says one.
+    #[arg(skip)]
+    heard_streams: Vec<AsterixIn>,
 }
 
 /// Latitude and longitude, degrees, and height above the ellipsoid, m.
@@ -126,9 +125,9 @@ pub struct FeedArgs {
     #[arg(long)]
     adsb_invent: bool,
 
-    /// Positions of squitters: true ones of all who have an address, or those that ADS-B sensors were told (with their errors, and of those they heard)
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = AdsbFrom::Truth)]
-    adsb_from: AdsbFrom,
+    /// Positions of squitters: true ones of all who have an address, or those that ADS-B sensors were told (with their errors, and of those they heard) [default: truth]
+    #[arg(long, value_name = "WHAT", value_enum)]
+    adsb_from: Option<AdsbFrom>,
 
     /// JSON, GeoJSON, a stream of scans, and aircraft.json over HTTP
     #[arg(long, value_name = "ADDR:PORT")]
@@ -193,7 +192,7 @@ impl FeedArgs {
         for (flag, address) in addresses {
             line.extend(address.into_iter().flat_map(|a| [flag.to_owned(), a.to_string()]));
         }
-        if self.adsb_from == AdsbFrom::Reports {
+        if self.adsb_from == Some(AdsbFrom::Reports) {
             line.extend(["--adsb-from".to_owned(), "reports".to_owned()]);
         }
         for address in &self.flightgear {
@@ -271,10 +270,46 @@ impl AsterixArgs {
     /// Whether a gateway is asked for.
     #[must_use]
     pub fn asked(&self) -> bool {
-        !self.asterix.is_empty()
-            || !self.asterix_in.is_empty()
-            || self.asterix_record.is_some()
-            || self.feeds.asked()
+        self.sends() || self.hears() || self.asterix_record.is_some() || self.feeds.asked()
+    }
+
+    fn sends(&self) -> bool {
+        !self.asterix.is_empty() || !self.streams.is_empty()
+    }
+
+    fn hears(&self) -> bool {
+        !self.asterix_in.is_empty() || !self.heard_streams.is_empty()
+    }
+
+    /// The same with what a scene says wherever no flag does.
+    #[must_use]
+    pub fn over(&self, scene: &External) -> Self {
+        let mut all = self.clone();
+        if all.asterix.is_empty() {
+            all.streams.clone_from(&scene.asterix);
+        }
+        if all.asterix_send.is_empty() {
+            let word = |word: &&str| What::from_str(word, false).ok();
+            all.asterix_send = scene.send.iter().filter_map(word).collect();
+        }
+        if all.asterix_cat.is_empty() {
+            all.asterix_cat.clone_from(&scene.categories);
+        }
+        let clock = |wall| if wall { Clock::Wall } else { Clock::Scene };
+        all.asterix_time = all.asterix_time.or(scene.wall.map(clock));
+        if all.asterix_in.is_empty() {
+            all.heard_streams.clone_from(&scene.asterix_in);
+        }
+        let feeds = &mut all.feeds;
+        feeds.beast = feeds.beast.or(scene.beast);
+        feeds.sbs = feeds.sbs.or(scene.sbs);
+        feeds.http = feeds.http.or(scene.http);
+        let origin = |reports| if reports { AdsbFrom::Reports } else { AdsbFrom::Truth };
+        feeds.adsb_from = feeds.adsb_from.or(scene.reports.map(origin));
+        if !feeds.no_public && feeds.public.is_none() {
+            feeds.public.clone_from(&scene.public);
+        }
+        all
     }
 
     /// Looks at what can be told before anything is started.
@@ -283,14 +318,22 @@ impl AsterixArgs {
     /// If a port cannot be opened, or the wall clock is asked for at another rate than 1.
     pub fn check(&self, network: &NetworkArgs, rate: f64) -> anyhow::Result<()> {
         ensure!(
-            self.asterix_time == Clock::Scene || rate == 1.0,
+            self.asterix_time != Some(Clock::Wall) || rate == 1.0,
             "--asterix-time wall: times of day follow the wall clock at rate 1 only; leave out --rate and --fast, or take --asterix-time scene"
         );
-        for link in self.links(network) {
+        ensure!(
+            self.asterix_send.is_empty() || self.sends(),
+            "--asterix-send: say where to: --asterix <ADDR:PORT>, or [[external.asterix]] of the scene"
+        );
+        ensure!(
+            (self.asterix_from.is_empty() && self.asterix_reference.is_none()) || self.hears(),
+            "--asterix-from, --asterix-reference: say where to listen: --asterix-in <ADDR:PORT>, or [[external.asterix_in]] of the scene"
+        );
+        for link in self.links(network)? {
             datalink::Sender::open(&link)
                 .with_context(|| format!("--asterix {}", link.to.first()))?;
         }
-        for link in self.heard(network) {
+        for HeardLink { link, .. } in self.heard(network)? {
             datalink::Receiver::open(&link)
                 .with_context(|| format!("--asterix-in {}", link.to.first()))?;
         }
@@ -300,29 +343,51 @@ impl AsterixArgs {
         self.feeds.check(network)
     }
 
-    fn links(&self, network: &NetworkArgs) -> Vec<LinkConfig> {
-        let link = |to: &Destinations| LinkConfig {
-            to: to.clone(),
-            interface: network.interface,
-            ttl: network.ttl.unwrap_or(1),
+    fn links(&self, network: &NetworkArgs) -> anyhow::Result<Vec<LinkConfig>> {
+        let link = |to: Destinations, interface: Option<IpAddr>, ttl: Option<u8>| LinkConfig {
+            to,
+            interface: network.interface.or(interface),
+            ttl: network.ttl.or(ttl).unwrap_or(1),
             ..LinkConfig::default()
         };
-        self.asterix.iter().map(link).collect()
+        let flags = self.asterix.iter().map(|to| Ok(link(to.clone(), None, None)));
+        let scene = self.streams.iter().map(|out| {
+            Ok(link(
+                out.to.to_string().parse().context("external.asterix")?,
+                out.interface,
+                out.ttl,
+            ))
+        });
+        flags.chain(scene).collect()
     }
 
-    fn heard(&self, network: &NetworkArgs) -> Vec<LinkConfig> {
-        let link = |to: &Destinations| {
+    fn heard(&self, network: &NetworkArgs) -> anyhow::Result<Vec<HeardLink>> {
+        let link = |to: Destinations, interface: Option<IpAddr>| {
             let own = to.first();
             // One host is listened for at its own address and port.
             let host = matches!(datalink::Destination::of(own), datalink::Destination::Host(_));
             LinkConfig {
-                to: to.clone(),
-                interface: network.interface,
+                to,
+                interface: network.interface.or(interface),
                 listen: (own.is_ipv4() && host).then_some(own),
                 ..LinkConfig::default()
             }
         };
-        self.asterix_in.iter().map(link).collect()
+        let place = |[lat, lon, height_m]: [f64; 3]| Geodetic::from_degrees(lat, lon, height_m);
+        let about = self.asterix_reference.map(|Reference(place_of)| place(place_of));
+        let flags = self.asterix_in.iter().map(|to| {
+            Ok(HeardLink { link: link(to.clone(), None), from: self.asterix_from.clone(), about })
+        });
+        let scene = self.heard_streams.iter().map(|heard| {
+            let to = heard.listen.to_string().parse().context("external.asterix_in")?;
+            let from = match self.asterix_from.is_empty() {
+                true => heard.from.clone(),
+                false => self.asterix_from.clone(),
+            };
+            let about = about.or(heard.reference.map(place));
+            Ok(HeardLink { link: link(to, heard.interface), from, about })
+        });
+        flags.chain(scene).collect()
     }
 
     fn choice(&self) -> Choice {
@@ -351,7 +416,7 @@ impl AsterixArgs {
         for number in &self.asterix_cat {
             line.extend(["--asterix-cat".to_owned(), number.to_string()]);
         }
-        if self.asterix_time == Clock::Wall {
+        if self.asterix_time == Some(Clock::Wall) {
             line.extend(["--asterix-time".to_owned(), "wall".to_owned()]);
         }
         if let Some(file) = &self.asterix_record {
@@ -377,16 +442,17 @@ impl AsterixArgs {
 pub fn run(args: &GatewayArgs) -> ExitCode {
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "warn");
-    if !args.asterix.asked() {
-        return fail(
-            BAD_INPUT,
-            "nothing to do: say where to send (--asterix ADDR:PORT), or what to open (--beast, --sbs, --http, --public)",
-        );
-    }
     let scene = match load_scene_without_truth(&args.common.scene) {
         Ok(scene) => scene,
         Err(code) => return code,
     };
+    let args = &GatewayArgs { asterix: args.asterix.over(&scene.external), ..args.clone() };
+    if !args.asterix.asked() {
+        return fail(
+            BAD_INPUT,
+            "nothing to do: say where to send (--asterix ADDR:PORT), or what to open (--beast, --sbs, --http, --public), here or in [external] of the scene",
+        );
+    }
     if let Err(e) = args.asterix.check(&args.common.network, 1.0) {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
@@ -424,15 +490,10 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
         None => None,
     };
     let task = Task {
-        to: args.asterix.links(&args.common.network),
+        to: args.asterix.links(&args.common.network)?,
         choice: args.asterix.choice(),
-        hear: args.asterix.heard(&args.common.network),
-        hear_about: args
-            .asterix
-            .asterix_reference
-            .map(|Reference([lat, lon, height_m])| Geodetic::from_degrees(lat, lon, height_m)),
-        hear_from: args.asterix.asterix_from.clone(),
-        wall: args.asterix.asterix_time == Clock::Wall,
+        hear: args.asterix.heard(&args.common.network)?,
+        wall: args.asterix.asterix_time == Some(Clock::Wall),
         recording: args.asterix.asterix_record.clone(),
         feeds: Feeds {
             beast: feeds.beast,
@@ -441,8 +502,8 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
             public,
             invent: feeds.adsb_invent,
             adsb_from: match feeds.adsb_from {
-                AdsbFrom::Truth => Origin::Truth,
-                AdsbFrom::Reports => Origin::Reports,
+                Some(AdsbFrom::Reports) => Origin::Reports,
+                Some(AdsbFrom::Truth) | None => Origin::Truth,
             },
             flightgear: feeds.flightgear.clone(),
         },
@@ -518,4 +579,146 @@ fn rights(
 #[expect(clippy::print_stderr, reason = "a word to the person at the terminal")]
 fn say(text: &str) {
     eprintln!("SEEDS: {text}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        asterix: AsterixArgs,
+        #[command(flatten)]
+        network: NetworkArgs,
+    }
+
+    fn line(flags: &[&str]) -> Line {
+        Line::try_parse_from([&["gateway"], flags].concat()).expect("sound")
+    }
+
+    /// A shipped scene with `[external]`.
+    fn external(text: &str) -> External {
+        let place = scenarios::locate("zurich");
+        let text = format!("{}\n[external]\n{text}\n", scenarios::text_of(&place).expect("read"));
+        scenarios::load_text(&place, &text).expect("a scene").external
+    }
+
+    /// What a gateway would do: where it sends, what, where it hears, and its ports.
+    fn does(flags: &[&str], scene: &str) -> String {
+        let Line { asterix, network } = line(flags);
+        let all = asterix.over(&external(scene));
+        let feeds = &all.feeds;
+        format!(
+            "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+            all.links(&network).expect("addresses"),
+            all.choice(),
+            all.asterix_time == Some(Clock::Wall),
+            all.heard(&network).expect("addresses"),
+            feeds.beast,
+            feeds.sbs,
+            feeds.http,
+            feeds.public(),
+            feeds.adsb_from == Some(AdsbFrom::Reports),
+        )
+    }
+
+    /// Each key does what its flag does, alone and beside others, and nothing where the flag says something else.
+    #[test]
+    fn each_key_of_external_does_what_its_flag_does_and_the_flag_goes_before_it() {
+        let to = "asterix = [{ to = \"239.9.1.1:8600\" }]";
+        let heard = "asterix_in = [{ listen = \"239.9.1.2:8601\" }]";
+        let (out, ear) = (["--asterix", "239.9.1.1:8600"], ["--asterix-in", "239.9.1.2:8601"]);
+        let own = ["--interface", "127.0.0.1"];
+        for (key, flags, others) in [
+            (to, &out[..], &["--asterix", "10.0.0.1:1"][..]),
+            (
+                "asterix = [{ to = \"239.9.1.1:8600\", interface = \"127.0.0.1\" }]",
+                &[&out[..], &own].concat(),
+                &["--interface", "127.0.0.2"],
+            ),
+            (
+                "asterix = [{ to = \"239.9.1.1:8600\", ttl = 7 }]",
+                &[&out[..], &["--ttl", "7"]].concat(),
+                &["--ttl", "3"],
+            ),
+            ("send = [\"tracks\"]", &["--asterix-send", "tracks"], &["--asterix-send", "status"]),
+            ("categories = [62]", &["--asterix-cat", "62"], &["--asterix-cat", "11"]),
+            ("time = \"wall\"", &["--asterix-time", "wall"], &["--asterix-time", "scene"]),
+            (heard, &ear, &["--asterix-in", "127.0.0.1:1"]),
+            (
+                "asterix_in = [{ listen = \"239.9.1.2:8601\", interface = \"127.0.0.1\" }]",
+                &[&ear[..], &own].concat(),
+                &["--interface", "127.0.0.2"],
+            ),
+            (
+                "asterix_in = [{ listen = \"239.9.1.2:8601\", from = [\"10.0.0.8\"] }]",
+                &[&ear[..], &["--asterix-from", "10.0.0.8"]].concat(),
+                &["--asterix-from", "10.0.0.9"],
+            ),
+            (
+                "asterix_in = [{ listen = \"239.9.1.2:8601\", reference = { lat_deg = 47, lon_deg = 8.5, height_m = 3 } }]",
+                &[&ear[..], &["--asterix-reference", "47,8.5,3"]].concat(),
+                &["--asterix-reference", "46,8,0"],
+            ),
+            (
+                "adsb = { beast = \"127.0.0.1:5\" }",
+                &["--beast", "127.0.0.1:5"],
+                &["--beast", "127.0.0.1:6"],
+            ),
+            (
+                "adsb = { sbs = \"127.0.0.1:5\" }",
+                &["--sbs", "127.0.0.1:5"],
+                &["--sbs", "127.0.0.1:6"],
+            ),
+            (
+                "adsb = { from = \"reports\" }",
+                &["--adsb-from", "reports"],
+                &["--adsb-from", "truth"],
+            ),
+            ("http = \"127.0.0.1:5\"", &["--http", "127.0.0.1:5"], &["--http", "127.0.0.1:6"]),
+            (
+                "public = \"tcp/127.0.0.1:5\"",
+                &["--public=tcp/127.0.0.1:5"],
+                &["--public=tcp/127.0.0.1:6"],
+            ),
+        ] {
+            assert_eq!(does(&[], key), does(flags, ""), "{key}");
+            assert_ne!(does(&[], key), does(&[], ""), "{key}: it does something");
+            let both = does(others, key);
+            assert_ne!(both, does(&[], key), "{key}: {others:?} goes before it");
+            let whole = [others, flags].concat();
+            // Where the flag is about another one (an interface of a stream), both are said.
+            if !whole.iter().any(|f| ["--asterix", "--asterix-in"].contains(f) && others[0] != *f) {
+                assert_eq!(both, does(others, ""), "{key}: {others:?} alone");
+            }
+        }
+        assert!(!line(&[]).asterix.over(&external("")).asked(), "a scene without it starts none");
+        assert!(line(&[]).asterix.over(&external(to)).asked(), "one with it does");
+        assert_eq!(
+            does(&["--no-public"], "public = \"tcp/127.0.0.1:5\""),
+            does(&["--no-public"], "")
+        );
+        // What is said of streams needs one.
+        let Line { asterix, network } = line(&["--asterix-send", "tracks"]);
+        assert!(asterix.over(&external("")).check(&network, 1.0).is_err());
+        let Line { asterix, network } = line(&["--asterix-from", "10.0.0.8"]);
+        assert!(asterix.over(&external(to)).check(&network, 1.0).is_err());
+    }
+
+    #[test]
+    fn names_of_hosts_and_places_are_read() {
+        let local = host_and_port("localhost:5000").expect("this host");
+        assert!(local.ip().is_loopback() && local.port() == 5000, "{local}");
+        assert_eq!(host_and_port("10.0.0.7:5"), Ok(SocketAddr::from(([10, 0, 0, 7], 5))));
+        for wrong in ["", "localhost", "localhost:x", "no.such.host.invalid:5"] {
+            assert!(host_and_port(wrong).expect_err(wrong).contains("HOST:PORT"), "{wrong}");
+        }
+        assert_eq!(reference("-47.5, 8.5"), Ok(Reference([-47.5, 8.5, 0.0])));
+        assert_eq!(reference("47.5,8.5,432"), Ok(Reference([47.5, 8.5, 432.0])));
+        for wrong in ["", "47", "91,0", "0,181", "0,0,9001", "a,b", "nan,0", "1,2,3,4"] {
+            assert!(reference(wrong).is_err(), "{wrong}");
+        }
+    }
 }

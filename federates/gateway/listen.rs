@@ -25,7 +25,20 @@ const AT_ONCE: usize = 256;
 /// Farther than this from the reference point nothing belongs to an airport, m.
 const FARTHEST_M: f64 = 100_000.0;
 
+/// A stream of somebody's tracks.
+#[derive(Clone, Debug)]
+pub struct HeardLink {
+    /// Where it is listened for.
+    pub link: LinkConfig,
+    /// Only of these senders; of all if there is none.
+    pub from: Vec<IpAddr>,
+    /// What its positions in metres are about; the scene's reference without it.
+    pub about: Option<Geodetic>,
+}
+
 struct Arrived {
+    /// Which stream.
+    stream: usize,
     utc_ns: i64,
     octets: Box<[u8]>,
 }
@@ -36,21 +49,23 @@ pub struct ForeignEar {
     lost: Arc<AtomicU64>,
     ends: Arc<AtomicBool>,
     days: Option<Unwrap>,
-    reference: Option<LocalFrame>,
+    /// Of each stream.
+    references: Vec<Option<LocalFrame>>,
     refused: BTreeMap<String, u64>,
     reports: u64,
 }
 
 impl ForeignEar {
-    /// Opens the links. With `from`, what others send is passed over and counted.
+    /// Opens the links. Where a stream says `from`, what others send is passed over.
     ///
     /// # Errors
     /// If one cannot be listened on.
-    pub fn open(links: &[LinkConfig], from: &[IpAddr]) -> anyhow::Result<Self> {
+    pub fn open(streams: &[HeardLink]) -> anyhow::Result<Self> {
+        let references = streams.iter().map(|s| s.about.map(LocalFrame::at)).collect();
         let (put, take) = bounded(WAITING);
         let lost = Arc::new(AtomicU64::new(0));
         let ends = Arc::new(AtomicBool::new(false));
-        for link in links {
+        for (stream, HeardLink { link, from, .. }) in streams.iter().enumerate() {
             let mut receiver = datalink::Receiver::open(link)
                 .with_context(|| format!("--asterix-in {}", link.to.first()))?;
             let (put, lost, ends, from) =
@@ -61,7 +76,8 @@ impl ForeignEar {
                         if !from.is_empty() && !from.contains(&a.from.ip()) {
                             return;
                         }
-                        let arrived = Arrived { utc_ns: a.utc_ns, octets: a.payload.into() };
+                        let arrived =
+                            Arrived { stream, utc_ns: a.utc_ns, octets: a.payload.into() };
                         if let Err(TrySendError::Full(_)) = put.try_send(arrived) {
                             lost.fetch_add(1, Ordering::Relaxed);
                         }
@@ -73,22 +89,7 @@ impl ForeignEar {
                 }
             })?;
         }
-        Ok(Self {
-            take,
-            lost,
-            ends,
-            days: None,
-            reference: None,
-            refused: BTreeMap::new(),
-            reports: 0,
-        })
-    }
-
-    /// The same where positions in metres are about this point and not about the scene's.
-    #[must_use]
-    pub fn about(mut self, reference: Option<Geodetic>) -> Self {
-        self.reference = reference.map(LocalFrame::at);
-        self
+        Ok(Self { take, lost, ends, days: None, references, refused: BTreeMap::new(), reports: 0 })
     }
 
     /// Reports that were read so far, and what was not, by reason.
@@ -106,8 +107,8 @@ impl ForeignEar {
     pub fn poll(&mut self, gateway: &Gateway) -> Vec<ForeignReport> {
         let mut out = Vec::new();
         let arrived: Vec<Arrived> = self.take.try_iter().take(AT_ONCE).collect();
-        for Arrived { utc_ns, octets } in arrived {
-            self.read(gateway, utc_ns, &octets, &mut out);
+        for Arrived { stream, utc_ns, octets } in arrived {
+            self.read(gateway, (stream, utc_ns), &octets, &mut out);
         }
         self.reports += out.len() as u64;
         out
@@ -121,7 +122,7 @@ impl ForeignEar {
     fn read(
         &mut self,
         gateway: &Gateway,
-        utc_ns: i64,
+        came: (usize, i64),
         octets: &[u8],
         out: &mut Vec<ForeignReport>,
     ) {
@@ -138,7 +139,7 @@ impl ForeignEar {
                 match record {
                     Ok(record) => {
                         if let Some(heard) = track(&record) {
-                            match self.placed(gateway, utc_ns, heard) {
+                            match self.placed(gateway, came, heard) {
                                 Some(report) => out.push(report),
                                 None => self.refuse("position out of 100 km"),
                             }
@@ -151,25 +152,30 @@ impl ForeignEar {
     }
 
     /// A place of the sender's plane in the airport's.
-    fn about_reference(&self, gateway: &Gateway, [east_m, north_m]: [f64; 2]) -> [f64; 2] {
-        match &self.reference {
-            Some(reference) => {
+    fn about_reference(
+        &self,
+        gateway: &Gateway,
+        stream: usize,
+        [east_m, north_m]: [f64; 2],
+    ) -> [f64; 2] {
+        match self.references.get(stream) {
+            Some(Some(reference)) => {
                 let point = reference.to_ecef(Enu { east_m, north_m, up_m: 0.0 });
                 let there = gateway.frame.to_enu(point);
                 [there.east_m, there.north_m]
             }
-            None => [east_m, north_m],
+            _ => [east_m, north_m],
         }
     }
 
     fn placed(
         &mut self,
         gateway: &Gateway,
-        received_ns: i64,
+        (stream, received_ns): (usize, i64),
         heard: ForeignTrack,
     ) -> Option<ForeignReport> {
         let position_m = match heard.place {
-            ForeignPlace::Local(place) => self.about_reference(gateway, place),
+            ForeignPlace::Local(place) => self.about_reference(gateway, stream, place),
             ForeignPlace::Polar([range_m, azimuth_deg]) => {
                 let (sin, cos) = libm::sincos(azimuth_deg.to_radians());
                 let (sac, sic) = heard.source;
@@ -179,7 +185,7 @@ impl ForeignEar {
                         let ground_m = (range_m * range_m - up_m * up_m).max(0.0).sqrt();
                         [east_m + ground_m * sin, north_m + ground_m * cos]
                     }
-                    None => self.about_reference(gateway, [range_m * sin, range_m * cos]),
+                    None => self.about_reference(gateway, stream, [range_m * sin, range_m * cos]),
                 }
             }
             ForeignPlace::Degrees([lat, lon]) => {
@@ -258,7 +264,8 @@ mod tests {
             let point = frame.to_ecef(Enu { east_m: wanted[0], north_m: wanted[1], up_m: 0.0 });
             let theirs = there.to_enu(point);
             let heard = |source: (u8, u8), place: ForeignPlace, about: Option<Geodetic>| {
-                let mut ear = ForeignEar::open(&[], &[]).expect("nothing to open").about(about);
+                let mut ear = ForeignEar::open(&[]).expect("nothing to open");
+                ear.references = vec![None, about.map(LocalFrame::at)];
                 let track = ForeignTrack {
                     source,
                     category: 10,
@@ -271,7 +278,7 @@ mod tests {
                     coasting: false,
                     last: false,
                 };
-                let report = ear.placed(&gateway, 0, track).expect("near");
+                let report = ear.placed(&gateway, (1, 0), track).expect("near");
                 libm::hypot(report.position_m[0] - wanted[0], report.position_m[1] - wanted[1])
             };
             let local = ForeignPlace::Local([theirs.east_m, theirs.north_m]);
@@ -305,14 +312,15 @@ mod tests {
             listen: Some(at),
             ..LinkConfig::default()
         };
-        let mut ear = ForeignEar::open(&[link], &[]).expect("it listens");
+        let mut ear = ForeignEar::open(&[HeardLink { link, from: Vec::new(), about: None }])
+            .expect("it listens");
         let mut out = Vec::new();
-        ear.read(&gateway, 5, &system_track(12, 86_399.0, [100.0, -50.0]), &mut out);
+        ear.read(&gateway, (0, 5), &system_track(12, 86_399.0, [100.0, -50.0]), &mut out);
         let far = system_track(12, 1.5, [200_000.0, 0.0]);
         let two = [system_track(12, 1.5, [103.0, -54.0]), vec![62, 0, 200, 1]].concat();
-        ear.read(&gateway, 6, &two, &mut out);
-        ear.read(&gateway, 7, &far, &mut out);
-        ear.read(&gateway, 8, &[99, 0, 4, 1], &mut out);
+        ear.read(&gateway, (0, 6), &two, &mut out);
+        ear.read(&gateway, (0, 7), &far, &mut out);
+        ear.read(&gateway, (0, 8), &[99, 0, 4, 1], &mut out);
         let times: Vec<i64> = out.iter().map(|r| r.time_ns).collect();
         assert_eq!(times, [1_000_000_000, 3_500_000_000], "over midnight");
         assert_eq!((out[1].source.as_str(), out[1].track, out[1].received_ns), ("77/9", 12, 6));
@@ -322,8 +330,9 @@ mod tests {
         assert_eq!(refused.len(), 3, "{refused:?}");
         assert!(refused.iter().all(|(_, n)| *n == 1), "{refused:?}");
         // A flood is dropped and counted; memory is bounded.
-        let flood: Vec<Arrived> =
-            (0..2000).map(|_| Arrived { utc_ns: 0, octets: far.clone().into() }).collect();
+        let flood: Vec<Arrived> = (0..2000)
+            .map(|_| Arrived { stream: 0, utc_ns: 0, octets: far.clone().into() })
+            .collect();
         let (put, take) = bounded(WAITING);
         ear.take = take;
         let taken = flood.into_iter().map(|a| put.try_send(a).is_ok()).filter(|ok| *ok).count();

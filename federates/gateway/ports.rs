@@ -292,3 +292,41 @@ impl Ports {
 fn taken(flag: &str, address: SocketAddr) -> String {
     format!("{flag} {address}: end the program that uses it, or choose another address")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gateway::commands::Rights;
+
+    /// The place that a gateway has for clients by itself may be another run's: said, and no failure. One that was asked for is.
+    #[test]
+    fn a_public_port_that_is_taken_fails_only_who_asked_for_it() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
+        let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+        let place = taken.local_addr().expect("its address");
+        let open = |asked| {
+            let public = PublicConfig {
+                endpoint: format!("tcp/{place}"),
+                asked,
+                exercise: 1,
+                certs: None,
+                rights: Rights::ReadOnly(String::new()),
+            };
+            let feeds = Feeds { public: Some(public), ..Feeds::default() };
+            Ports::open(&feeds, Board::new(&scene, 1, false))
+        };
+        assert!(open(true).is_err(), "asked for");
+        let ports = open(false).expect("goes on without");
+        let said = ports.places();
+        assert!(ports.public.is_none() && said.len() == 1, "{said:?}");
+        assert!(said[0].contains(&place.to_string()) && said[0].contains("is taken"), "{said:?}");
+        drop(taken);
+        let mut ports = open(false).expect("free now");
+        assert!(
+            ports.public.is_some() && ports.places()[0].contains("is at"),
+            "{:?}",
+            ports.places()
+        );
+        ports.close();
+    }
+}

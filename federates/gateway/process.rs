@@ -1,7 +1,7 @@
 //! The gateway on a bus: joins as a spectator, listens, sends, and leaves with the run.
 
 use super::board::Board;
-use super::listen::ForeignEar;
+use super::listen::{ForeignEar, HeardLink};
 use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
 use crate::federation::GATEWAY as NAME;
@@ -19,10 +19,9 @@ use anyhow::Context;
 use capture::Recorder;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use datalink::LinkConfig;
-use geodesy::Geodetic;
 use scenarios::Scene;
 use std::collections::BTreeSet;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -39,11 +38,7 @@ pub struct Task {
     /// Ports beside ASTERIX.
     pub feeds: Feeds,
     /// Where tracks of others are heard.
-    pub hear: Vec<LinkConfig>,
-    /// Only of these senders; of all if there is none.
-    pub hear_from: Vec<IpAddr>,
-    /// What their positions in metres are about; the scene's reference without it.
-    pub hear_about: Option<Geodetic>,
+    pub hear: Vec<HeardLink>,
     /// DIS exercise.
     pub exercise: u8,
     /// Every datagram sent, as pcapng.
@@ -141,7 +136,7 @@ pub fn run(
     let mut port = Port::open(task)?;
     let ear = match task.hear.is_empty() {
         true => None,
-        false => Some(ForeignEar::open(&task.hear, &task.hear_from)?.about(task.hear_about)),
+        false => Some(ForeignEar::open(&task.hear)?),
     };
     let board = Board::new(scene, task.exercise, task.feeds.invent).sending(task.feeds.adsb_from);
     let mut ports = Ports::open(&task.feeds, board)?;
@@ -441,3 +436,53 @@ const STATUS_NS: u64 = 1_000_000_000;
 const REPORTS: usize = 500;
 /// How long a run may be without its administration station.
 const GRACE_NS: u64 = 10_000_000_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn task(wall: bool) -> Task {
+        Task {
+            to: Vec::new(),
+            choice: Choice::default(),
+            wall,
+            feeds: Feeds::default(),
+            hear: Vec::new(),
+            exercise: 1,
+            recording: None,
+            patience: Duration::from_secs(1),
+            endpoint: String::new(),
+        }
+    }
+
+    #[test]
+    fn times_of_the_wall_are_for_runs_at_rate_1() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
+        for (wall, rate, refused) in [
+            (true, 1.0, false),
+            (true, 4.0, true),
+            (true, 0.5, true),
+            (true, f64::INFINITY, true),
+            // Nothing is said yet.
+            (true, 0.0, false),
+            (false, 4.0, false),
+        ] {
+            let task = task(wall);
+            let mut gateway = Gateway::new(&scene, Choice::default());
+            let mut port = Port::open(&task).expect("nothing to open");
+            let mut ports =
+                Ports::open(&task.feeds, Board::new(&scene, 1, false)).expect("nothing");
+            let mut listening = Listening {
+                gateway: &mut gateway,
+                port: &mut port,
+                ports: &mut ports,
+                ear: None,
+                shifted: !wall,
+                state: RunState::default(),
+                refused: None,
+            };
+            listening.take(Event::State(RunState { rate, ..RunState::default() }));
+            assert_eq!(listening.refused, refused.then_some(NotAtWallRate(rate)), "{wall} {rate}");
+        }
+    }
+}

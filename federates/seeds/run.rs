@@ -16,7 +16,7 @@ use crate::visitors::command::check_plots;
 use crate::visitors::seats::read_inputs;
 use anyhow::Context as _;
 use scenarios::losses::{ByMember, Losses, OnLoss};
-use scenarios::{ForeignScene, Scene, SensorScene};
+use scenarios::{External, ForeignScene, Scene, SensorScene};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
@@ -61,6 +61,11 @@ pub fn run(args: &RunArgs) -> ExitCode {
         let help = "the federates of a run must know its port: choose one, not 0";
         return fail(BAD_INPUT, format!("--sync-listen: {help}"));
     }
+    // A federation in one process has no gateway, whatever its scene says of one.
+    let external = if args.in_process { External::default() } else { scene.external.clone() };
+    let mut own = args.clone();
+    own.asterix = args.asterix.over(&external);
+    let args = &own;
     if let Err(e) = args.asterix.check(&args.network, args.options().rate) {
         return fail(BAD_INPUT, format!("{e:#}"));
     }

@@ -52,6 +52,7 @@ pub const TABLES: &[Table] = &[
         "What may be lost against everything simulated exactly, on the same draws",
     ),
     one("network", NETWORK, "Where PDUs and grants go; the command line goes before it"),
+    one("external", EXTERNAL, "What a gateway sends and hears; each flag goes before its key"),
     one("control", CONTROL, "Who clears the flights that react to each other"),
     many("failure", FAILURE, "What goes wrong with flights of a schedule, or with who clears them"),
     many("shape", SHAPE, "Echo of a size of target, in place of one of the same name that ships"),
@@ -678,6 +679,43 @@ pub(crate) const NETWORK: &[Key] = &[
         Holds::ByName(&Holds::Text),
         "Endpoints of the `seeds agent` that starts a federate on its host; others run here",
     ),
+];
+
+pub(crate) const EXTERNAL: &[Key] = &[
+    Key::new("asterix", Holds::Tables(ASTERIX_OUT), "Where ASTERIX goes"),
+    Key::new("send", Holds::Texts, "What of it: sensors, tracks, status").or("all"),
+    Key::new("categories", Holds::Numbers { least: 0.0, most: 255.0 }, "Only these categories")
+        .or("4, 10, 11, 19, 20, 21, 62, 65, 247"),
+    Key::word(
+        "time",
+        || vec!["scene", "wall"],
+        "Time of day: of the scene, or shifted to the host's",
+    )
+    .or("scene"),
+    Key::new("asterix_in", Holds::Tables(ASTERIX_IN), "Where tracks of others are heard"),
+    Key::new("adsb", Holds::Table(ADSB_FEED), "Squitters to whoever connects"),
+    Key::text("http", "Where JSON and aircraft.json are served, ADDRESS:PORT"),
+    Key::text("public", "Endpoint of clients (Zenoh)").or("tcp/127.0.0.1:7448"),
+];
+
+pub(crate) const ASTERIX_OUT: &[Key] = &[
+    Key::text("to", "Host, multicast group or broadcast address, ADDRESS:PORT").needed(),
+    Key::text("interface", "Address of the interface that it leaves by"),
+    Key::whole("ttl", 0, 255, "Routers that it may pass").or("1"),
+];
+
+pub(crate) const ASTERIX_IN: &[Key] = &[
+    Key::text("listen", "Own address, multicast group or broadcast address, ADDRESS:PORT").needed(),
+    Key::text("interface", "Address of the interface of the group"),
+    Key::new("from", Holds::Texts, "Only these senders").or("all"),
+    Key::new("reference", Holds::Table(REFERENCE), "Point that positions in metres are about")
+        .or("the aerodrome's"),
+];
+
+pub(crate) const ADSB_FEED: &[Key] = &[
+    Key::text("beast", "Where Beast frames are served, ADDRESS:PORT"),
+    Key::text("sbs", "Where SBS lines are served, ADDRESS:PORT"),
+    Key::word("from", || vec!["truth", "reports"], "Whose positions they have").or("truth"),
 ];
 
 pub(crate) const CONTROL: &[Key] = &[

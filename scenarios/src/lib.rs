@@ -16,6 +16,7 @@ pub mod driven;
 pub mod edit;
 pub mod entity;
 pub mod error;
+pub mod external;
 pub mod files;
 pub mod footprints;
 mod hash;
@@ -42,6 +43,7 @@ pub mod weather;
 pub use airport::AirportScene;
 pub use entity::Entity;
 pub use error::{Problem, ScenarioError};
+pub use external::External;
 pub use network::Network;
 pub use run::Run;
 pub use schedule::handover;
@@ -61,7 +63,7 @@ pub struct Scene {
     pub name: String,
     /// The scene file.
     pub path: PathBuf,
-    /// 64-bit hash of the scene's values and its data files (not of `[network]`, nor of layout and
+    /// 64-bit hash of the scene's values and its data files (not of `[network]` and `[external]`, nor of layout and
     /// comments): federates with another one play another scene.
     pub hash: u64,
     /// `[run]`.
@@ -88,6 +90,8 @@ pub struct Scene {
     pub control: control::ControlScene,
     /// `[network]`: defaults for what the command line may say.
     pub network: Network,
+    /// `[external]`: the same for what a gateway does.
+    pub external: External,
     /// What is read and kept, but says less than its author may think: a line each, with file and line.
     pub warnings: Vec<String>,
     /// The data files that it names.
@@ -253,6 +257,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     let (weather, mut warnings) = weather::read(&root, &run)?;
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
+    let external = external::read(&root)?;
     let (shapes, shape_files, noticed) = shapes::read(&root)?;
     files.extend(shape_files);
     warnings.extend(noticed);
@@ -294,6 +299,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
         accuracy,
         control,
         network,
+        external,
         warnings,
         files,
     })
@@ -342,11 +348,11 @@ pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
     candidates.find(|path| files::is_file(path)).unwrap_or(files::shipped(name))
 }
 
-/// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
+/// Hash of the values of the scene (without `[network]` and `[external]`) and of its data files by name and content.
 fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, ScenarioError> {
     let mut hash = hash::Fnv::default();
     for key in sections().iter().filter(|key| match **key {
-        "network" => false,
+        "network" | "external" => false,
         "control" | "failure" | "shape" | "shapes" => root.has(key),
         _ => true,
     }) {

@@ -60,6 +60,13 @@ association = "joint"
 position_m = 0.1
 [network]
 ttl = 1
+[external]
+adsb = { from = "truth" }
+[[external.asterix]]
+to = "127.0.0.1:8600"
+[[external.asterix_in]]
+listen = "127.0.0.1:8601"
+reference = { lat_deg = 47, lon_deg = 8, height_m = 432 }
 [control]
 policy = "free"
 "#;

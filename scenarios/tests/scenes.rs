@@ -88,7 +88,7 @@ fn bad_scenes_give_one_line() {
         (
             "[accuracy]",
             "[acuracy]",
-            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, board, sensor, tracking, accuracy, network, control, failure, shape, shapes",
+            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, board, sensor, tracking, accuracy, network, external, control, failure, shape, shapes",
         ),
         (
             "movements/EDW229.csv",
