@@ -290,6 +290,7 @@ pub struct Conductor {
     pending: Vec<(Token, Transition)>,
     finals: BTreeMap<String, FinalReport>,
     finish_deadline: Option<WallNs>,
+    finish_since: WallNs,
     /// Lost after the last frame of the run: their results are awaited.
     late: BTreeSet<String>,
     restart_after: bool,
@@ -348,6 +349,7 @@ impl Conductor {
             pending: Vec::new(),
             finals: BTreeMap::new(),
             finish_deadline: None,
+            finish_since: 0,
             late: BTreeSet::new(),
             restart_after: false,
             faults: Vec::new(),

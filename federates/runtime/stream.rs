@@ -28,8 +28,9 @@ const HELD_OCTETS: usize = 4 << 20;
 /// How long a gap may close by itself.
 const ASK_AFTER_NS: WallNs = 2_000_000;
 
-/// Pauses between questions for the same message: the first, doubled up to the last.
-const ASK_AGAIN_NS: [WallNs; 2] = [20_000_000, 500_000_000];
+/// Pauses between questions for the same message: the first, doubled up to the last, which is that of beats. Orders and reports are taken in
+/// their order: where much is lost a run is as fast as its holes are filled.
+const ASK_AGAIN_NS: [WallNs; 2] = [20_000_000, 100_000_000];
 
 /// The sender's end of a stream.
 #[derive(Debug)]

@@ -63,6 +63,15 @@ impl Views {
         self.open.is_some()
     }
 
+    /// Whether an answer of `name` is among those that a view is closed with.
+    #[must_use]
+    pub fn survives(&self, name: &str) -> bool {
+        self.open.as_ref().is_some_and(|open| match &open.stage {
+            Stage::Sealing(answers) => answers.contains_key(name),
+            Stage::Holding(_, held) => held.contains_key(name),
+        })
+    }
+
     /// Members that are lost, by name.
     #[must_use]
     pub fn removed(&self) -> &BTreeMap<String, Removed> {

@@ -89,6 +89,13 @@ impl Conductor {
                     if self.phase == Phase::Frozen {
                         self.restart_after = true;
                         self.stop(now, effects);
+                    } else if self.finish_deadline.is_some() {
+                        // The run is closed first, with the results of all who are there.
+                        self.restart_after = true;
+                        if self.awaits_results() {
+                            self.finish_deadline = Some(now);
+                            self.try_close(now, effects);
+                        }
                     } else {
                         self.begin_again(now, effects);
                     }

@@ -140,7 +140,12 @@ impl Conductor {
                 format!("{name} is working on frame {frame} for {:.0} s", for_ns as f64 * 1e-9)
             })
         };
-        self.members.iter().filter_map(slow).collect()
+        let mut words: Vec<String> = self.members.iter().filter_map(slow).collect();
+        let owing = self.owing();
+        if !owing.is_empty() && now.saturating_sub(self.finish_since) > SLOW_NS {
+            words.push(format!("waiting for the results of {}", owing.join(", ")));
+        }
+        words
     }
 
     /// Gives a member up.
@@ -166,7 +171,12 @@ impl Conductor {
         self.outbox.forget(&name);
         // After the last frame only its results may be missing.
         let over = self.finish_deadline.is_none() || self.finals.contains_key(&name);
-        if !self.roster.contains(&name) || self.phase == Phase::Stopped && over {
+        let told = self.phase == Phase::Stopped && over;
+        if !self.roster.contains(&name) || told {
+            if self.views.survives(&name) {
+                // Nothing is awaited of it any more, but for its answer by those whose loss is being settled.
+                self.open_view(now, &name, inc, false, effects);
+            }
             return self.push_state(now, effects);
         }
         let optional = self.config.optional.contains(&name);
@@ -180,8 +190,13 @@ impl Conductor {
         match self.phase {
             Phase::Running | Phase::Frozen => self.open_view(now, &name, inc, absent, effects),
             Phase::Stopped if awaited => self.open_view(now, &name, inc, false, effects),
+            Phase::Stopped => {
+                if self.views.survives(&name) {
+                    self.open_view(now, &name, inc, false, effects);
+                }
+                self.try_close(now, effects);
+            }
             _ if optional => self.try_close(now, effects),
-            Phase::Stopped => self.try_close(now, effects),
             Phase::Init | Phase::Configured => {
                 // Nothing has been made: it is waited for, and the run is configured when it is there.
                 self.fail_pending(effects);
@@ -253,7 +268,7 @@ impl Conductor {
     }
 
     /// How long a member may stay at one frame, ns.
-    fn hang_ns(&self, name: &str) -> WallNs {
+    pub(super) fn hang_ns(&self, name: &str) -> WallNs {
         self.config.losses.step_ms.of(name).map_or(HANG_NS, |ms| ms * 1_000_000)
     }
 

@@ -1,10 +1,11 @@
 //! From phase to phase: ready, started, frozen, closed.
 
-use super::{ClosedRun, Conductor, Effect, Goal, OnLoss, Why};
+use super::{ClosedRun, Conductor, Effect, Fault, Goal, OnLoss, Why};
 use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Refused, Transition};
 use crate::runtime::messages::{Numbered, Order};
 
+/// Results are awaited at least so long, of members that are heard of; as long as a frame may take where that is longer.
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
 
 impl Conductor {
@@ -50,12 +51,44 @@ impl Conductor {
     pub(super) fn finish(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         self.pause_clock(now);
         self.phase = Phase::Stopped;
-        self.finish_deadline = Some(now + FINISH_WITHIN_NS);
+        self.await_finals(now);
         let frame = self.frame();
         self.return_deadline = None;
         self.say(Order::Finish { run: self.run, frame }, effects);
         effects.push(Effect::Reached { phase: self.phase, frame, why: None });
         self.try_close(now, effects);
+    }
+
+    /// Results are awaited from now on: they are asked for again until they come, their member is lost, or it is heard of for as long as
+    /// a frame may take and has not told them.
+    fn await_finals(&mut self, now: WallNs) {
+        let within = self.roster.iter().map(|name| self.hang_ns(name)).max();
+        let within = within.unwrap_or(0).max(FINISH_WITHIN_NS);
+        self.finish_since = now;
+        self.finish_deadline = Some(now.saturating_add(within));
+    }
+
+    /// Of whom results are awaited, once the run is over.
+    pub(super) fn owing(&self) -> Vec<String> {
+        if self.finish_deadline.is_none() {
+            return Vec::new();
+        }
+        let awaited =
+            |n: &String| self.late.contains(n) || self.members.get(n).is_some_and(|m| m.alive);
+        let owes = |n: &&String| awaited(n) && !self.finals.contains_key(*n);
+        self.roster.iter().filter(owes).cloned().collect()
+    }
+
+    /// The run is closed without the results of these, and says so.
+    fn close_without(&mut self, now: WallNs, owing: Vec<String>) {
+        let after_s = now.saturating_sub(self.finish_since) as f64 * 1e-9;
+        for name in owing.into_iter().filter(|name| !self.late.contains(name)) {
+            let text = format!("{name} has not told its results within {after_s:.0} s");
+            match self.config.optional.contains(&name) {
+                true => self.degraded.push(text),
+                false => self.faults.push(Fault { name, text, since: now, back: None }),
+            }
+        }
     }
 
     /// Whether every frame is made and results are still awaited of those that were lost after that.
@@ -88,6 +121,9 @@ impl Conductor {
                 let after_s = now.saturating_sub(fault.since) as f64 * 1e-9;
                 fault.text += &format!("; its results came {after_s:.1} s later");
             }
+            if self.late.is_empty() {
+                self.await_finals(now);
+            }
         }
     }
 
@@ -95,7 +131,7 @@ impl Conductor {
     pub(super) fn finish_again(&mut self, now: WallNs, name: &str, effects: &mut Vec<Effect>) {
         if self.late.remove(name) {
             if self.late.is_empty() {
-                self.finish_deadline = Some(now + FINISH_WITHIN_NS);
+                self.await_finals(now);
             }
             self.say(Order::Finish { run: self.run, frame: self.config.last_frame }, effects);
         }
@@ -109,15 +145,14 @@ impl Conductor {
 
     pub(super) fn try_close(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let Some(deadline) = self.finish_deadline else { return };
-        let awaited =
-            |n: &String| self.late.contains(n) || self.members.get(n).is_some_and(|m| m.alive);
-        let outstanding = self.roster.iter().any(|n| awaited(n) && !self.finals.contains_key(n));
+        let owing = self.owing();
         // Who has not found a station that was started again is heard, or missed, before anything is closed without his results.
         let sought = |n: &String| self.members.get(n).is_some_and(|m| m.alive && !m.heard);
         let sought = self.roster.iter().any(|n| sought(n) && !self.finals.contains_key(n));
-        if outstanding && (now < deadline || sought) {
+        if !owing.is_empty() && (now < deadline || sought) {
             return;
         }
+        self.close_without(now, owing);
         self.finish_deadline = None;
         self.late.clear();
         effects.push(Effect::Closed(Box::new(ClosedRun {

@@ -1,7 +1,7 @@
 //! The conductor by hand: what it takes from whom, and when somebody is lost.
 
 use super::{MS, S, SMDFM, WORLD};
-use crate::runtime::conductor::{Conductor, ConductorConfig, Effect};
+use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
     Accepted, Beat, Frame, FrameEnds, Hello, Kind, Numbered, Order, Report, Standing, Was, Welcome,
@@ -10,6 +10,7 @@ use crate::runtime::views::Views;
 use scenarios::losses::{Losses, stall_flag};
 use std::collections::BTreeMap;
 
+mod ends;
 mod returns;
 
 /// A conductor and what its two members say.
@@ -20,6 +21,9 @@ struct Hand {
     seqs: BTreeMap<&'static str, u64>,
     orders: Vec<Order>,
     reached: Vec<Phase>,
+    closed: Vec<ClosedRun>,
+    /// What was said of the run last.
+    words: String,
 }
 
 fn hello(name: &str, instance: u128) -> Hello {
@@ -67,8 +71,9 @@ impl Hand {
             losses,
         });
         let (incs, seqs) = (BTreeMap::new(), BTreeMap::new());
-        let (orders, reached) = (Vec::new(), Vec::new());
-        let mut hand = Self { conductor, now: S, incs, seqs, orders, reached };
+        let (orders, reached, closed) = (Vec::new(), Vec::new(), Vec::new());
+        let words = String::new();
+        let mut hand = Self { conductor, now: S, incs, seqs, orders, reached, closed, words };
         for (name, hears) in [(WORLD, vec![]), (SMDFM, vec![WORLD.to_owned()])] {
             hand.accept(hello(name, 1), name);
             let present = Report::Present { hears, consumes: name == SMDFM };
@@ -119,6 +124,8 @@ impl Hand {
             match effect {
                 Effect::Order(order) => self.orders.push(order.body),
                 Effect::Reached { phase, .. } => self.reached.push(phase),
+                Effect::Closed(run) => self.closed.push(*run),
+                Effect::State(state) => self.words = state.reasons.join("; "),
                 _ => {}
             }
         }
