@@ -2,6 +2,7 @@
 //! where one is started, the real [`Member`]s and whatever federates are put in. Everything follows from one seed and a list of faults.
 
 mod faults;
+mod intruder;
 mod members;
 mod network;
 mod station;
@@ -14,10 +15,10 @@ use super::messages::{Frame, Kind, Numbered, Order, Was};
 use super::succession::Voter;
 use network::Parcel;
 use station::Host;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-pub use faults::{Fault, What};
+pub use faults::{Event, Fault, What};
 pub use network::Network;
 
 /// The standby of the station, as a fault names it; there is one from its start on.
@@ -25,6 +26,9 @@ pub const STANDBY: &str = "standby";
 
 /// Where the station is, and its standby.
 const PLACES: [&str; 2] = [CONDUCTOR, STANDBY];
+
+/// What a process has drawn that is none of the federation.
+const STRANGER: u128 = u128::MAX;
 
 /// A millisecond in the simulated clock's nanoseconds.
 pub const MS: u64 = 1_000_000;
@@ -58,6 +62,8 @@ struct Node {
     finds_station: [u64; 2],
     /// Its voice.
     voter: Voter,
+    /// It makes another run of its place than those before it.
+    another: bool,
 }
 
 /// The federation, its network and what became of it.
@@ -76,6 +82,8 @@ pub struct Simulation {
     pub broken: Vec<String>,
     /// How often what happened.
     pub seen: BTreeMap<&'static str, u64>,
+    /// Digest of all that arrived, when and where: equal seeds and faults give equal ones.
+    pub trace: u64,
     network: Network,
     random: u64,
     parcels: BTreeMap<(u64, u64), (String, Parcel)>,
@@ -98,6 +106,15 @@ pub struct Simulation {
     stand_parted: bool,
     /// Who is apart from all others, until when.
     parts: Vec<(BTreeSet<String>, u64)>,
+    /// From whom nothing passes to whom, until when.
+    bursts: Vec<(String, String, u64)>,
+    /// Faults that wait for what they are aimed at.
+    traps: Vec<Fault>,
+    /// Those that it has happened for, by their time.
+    due: BTreeMap<(u64, u64), Fault>,
+    /// Until when messages are forged, and what may be said again then.
+    intruder_until: u64,
+    overheard: VecDeque<Parcel>,
     /// What is said of a federation without a conductor.
     none: Conductor,
     make: Make,
@@ -132,6 +149,7 @@ impl Simulation {
             exit: None,
             broken: Vec::new(),
             seen: BTreeMap::new(),
+            trace: 0,
             network,
             random: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1,
             parcels: BTreeMap::new(),
@@ -146,6 +164,11 @@ impl Simulation {
             stands_parted: [false; 2],
             stand_parted: false,
             parts: Vec::new(),
+            bursts: Vec::new(),
+            traps: Vec::new(),
+            due: BTreeMap::new(),
+            intruder_until: 0,
+            overheard: VecDeque::new(),
             none: Conductor::new(config.clone()),
             make,
             producers,
@@ -198,12 +221,20 @@ impl Simulation {
             wakes.chain([n.next_beat.max(n.paused_until)])
         });
         let hosts = self.hosts.iter().map(|host| host.next(self.now));
-        nodes.chain(parcels).chain(hosts).min().unwrap_or(self.now)
+        let due = self.due.keys().next().map(|(at, _)| *at);
+        nodes.chain(parcels).chain(hosts).chain(due).min().unwrap_or(self.now)
     }
 
     /// Runs until a run is closed, the federation is over or `until`, with `faults` at their times.
     pub fn run_to_close(&mut self, until: u64, faults: &[Fault]) {
         self.run_while(until, faults, |simulation| simulation.closed.is_empty());
+    }
+
+    /// Runs until a run is closed at its last frame, the federation is over or `until`, with `faults` at their times.
+    pub fn run_to_end(&mut self, until: u64, faults: &[Fault]) {
+        let last = self.config.last_frame;
+        let whole = |simulation: &Self| simulation.closed.last().is_some_and(|c| c.frame >= last);
+        self.run_while(until, faults, |simulation| !whole(simulation));
     }
 
     /// Runs until the federation is over or `until`, with `faults` at their times.
@@ -222,6 +253,7 @@ impl Simulation {
                     self.befall(fault);
                 }
             }
+            self.befall_due();
             self.pass();
         }
     }

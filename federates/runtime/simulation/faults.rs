@@ -1,16 +1,76 @@
 //! What may happen to a federation, and what it does to the simulated one.
 
 use super::network::Parcel;
-use super::{LEASE_NS, MS, Node, PLACES, Simulation};
+use super::{LEASE_NS, MS, Node, PLACES, STRANGER, Simulation};
 use crate::runtime::member::Member;
 use crate::runtime::messages::Command;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
+/// What a fault may be aimed at: something that the protocol does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Event {
+    /// The station seals lost members.
+    Seal,
+    /// A member says how far it holds their frames.
+    Sealed,
+    /// The station says up to where they count.
+    Cut,
+    /// A member holds all frames up to there.
+    Held,
+    /// The loss is settled.
+    View,
+    /// One that was lost is let in again.
+    Admit,
+    /// The run is over.
+    Finish,
+    /// A member tells its results.
+    Final,
+    /// A station asks a voter.
+    Candidacy,
+    /// A station leads a new epoch.
+    Leads,
+}
+
+impl Event {
+    /// The row of what was seen that counts faults aimed at it.
+    fn row(self) -> &'static str {
+        match self {
+            Self::Seal => "aimed at seal",
+            Self::Sealed => "aimed at sealed",
+            Self::Cut => "aimed at cut",
+            Self::Held => "aimed at held",
+            Self::View => "aimed at view",
+            Self::Admit => "aimed at admit",
+            Self::Finish => "aimed at finish",
+            Self::Final => "aimed at results",
+            Self::Candidacy => "aimed at candidacy",
+            Self::Leads => "aimed at a new leader",
+        }
+    }
+}
+
 /// What happens to a federation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum What {
+    /// This, so long after the event, ns, when that happens next; a start of the same one before that calls it off.
+    Aimed(Event, u64, Box<What>),
+    /// Nothing passes from it to that one for so long, ns, messages and PDUs alike.
+    Burst(String, u64),
+    /// The disk of the station there is full, until it is started again; what is being written ends in the middle.
+    Full,
+    /// A process of that name asks to join that is of another build, or has another scene.
+    Stranger {
+        /// Its build is another one, else its scene.
+        build: bool,
+    },
+    /// A process of that name is started that makes another run of it than the one that was lost.
+    Another,
+    /// Whatever passes is followed by forged messages for so long, ns: of another federation, of another incarnation, what was said
+    /// before, and octets of nobody.
+    Intruder(u64),
     /// Its process dies, and its connection with it.
     Kill,
     /// It is not heard of any more, and nobody is told.
@@ -50,7 +110,17 @@ impl Simulation {
         let beside: Vec<String> =
             self.nodes.iter().filter(|(_, n)| hosted(n)).map(|(name, _)| name.clone()).collect();
         self.befall_one(fault);
-        if !matches!(fault.what, What::Start | What::Command(_) | What::Slow(_) | What::Part(..)) {
+        // Of a process, not of a place in it.
+        let all = matches!(
+            fault.what,
+            What::Kill
+                | What::Vanish
+                | What::Pause(_)
+                | What::Cut(_)
+                | What::Deaf(_)
+                | What::Mute(_)
+        );
+        if all {
             for who in beside {
                 self.befall_one(&Fault { who, ..fault.clone() });
             }
@@ -59,8 +129,20 @@ impl Simulation {
 
     fn befall_one(&mut self, fault: &Fault) {
         let (now, who) = (self.now, fault.who.clone());
-        if let What::Command(command) = &fault.what {
-            return self.command(command);
+        if fault.what == What::Start {
+            self.traps.retain(|trap| trap.who != who);
+        }
+        match &fault.what {
+            What::Command(command) => return self.command(command),
+            What::Aimed(..) => return self.traps.push(fault.clone()),
+            What::Burst(to, ns) => return self.bursts.push((who, to.clone(), now + ns)),
+            What::Intruder(ns) => {
+                self.note("intruder");
+                self.intruder_until = self.intruder_until.max(now + ns);
+                return;
+            }
+            What::Stranger { build } => return self.stranger(&who, *build),
+            _ => {}
         }
         if let What::Part(others, ns) = &fault.what {
             let part = others.iter().cloned().chain([who]).collect();
@@ -79,7 +161,12 @@ impl Simulation {
             }
             What::Vanish => node.dead = true,
             What::Start if node.dead => self.start(&who, kind),
-            What::Start | What::Command(_) | What::Part(..) => {}
+            What::Another if node.dead => {
+                self.start(&who, kind);
+                if let Some(node) = self.nodes.get_mut(&who) {
+                    node.another = true;
+                }
+            }
             What::Pause(ns) => {
                 node.paused_until = node.paused_until.max(now + ns);
                 gone = Some((now + LEASE_NS, Some(now + ns)));
@@ -95,6 +182,7 @@ impl Simulation {
                 node.busy_since = now;
                 node.busy_until = node.busy_until.max(now + ns);
             }
+            _ => {}
         }
         if let (Some((at, back)), Some(inc)) = (gone, inc)
             && back.is_none_or(|back| back > at)
@@ -132,7 +220,50 @@ impl Simulation {
             }
             What::Deaf(ns) => host.deaf_until = host.deaf_until.max(now + ns),
             What::Mute(ns) => host.mute_until = host.mute_until.max(now + ns),
-            What::Slow(_) | What::Command(_) | What::Part(..) => {}
+            What::Full => host.fill_disk(),
+            _ => {}
+        }
+    }
+
+    /// Faults that are aimed at this befall whom they are for.
+    pub(super) fn event(&mut self, event: Event) {
+        let hit = |trap: &Fault| matches!(&trap.what, What::Aimed(at, ..) if *at == event);
+        let (hit, left) = std::mem::take(&mut self.traps).into_iter().partition(hit);
+        self.traps = left;
+        let hit: Vec<Fault> = hit;
+        for Fault { who, what, .. } in hit {
+            let What::Aimed(_, late_ns, what) = what else { continue };
+            self.note(event.row());
+            let at_ns = self.now + late_ns;
+            self.posted += 1;
+            self.due.insert((at_ns, self.posted), Fault { at_ns, who, what: *what });
+        }
+    }
+
+    /// Faults that were aimed at something which has happened.
+    pub(super) fn befall_due(&mut self) {
+        while let Some(entry) = self.due.first_entry() {
+            if entry.key().0 > self.now {
+                break;
+            }
+            let fault = entry.remove();
+            self.befall(&fault);
+        }
+    }
+
+    /// One that is none of the federation asks to be let in.
+    fn stranger(&mut self, name: &str, build: bool) {
+        let Some(node) = self.nodes.get(name) else { return };
+        let mut hello = self.hello_of(name, node);
+        hello.instance = STRANGER;
+        match build {
+            true => hello.version += ", another build",
+            false => hello.scene_hash ^= 1,
+        }
+        for at in 0..PLACES.len() {
+            if self.works(at) {
+                self.hello(at, hello.clone());
+            }
         }
     }
 

@@ -2,9 +2,10 @@
 
 use super::network::Parcel;
 use super::station::Role;
-use super::{HELLO_AGAIN_NS, Node, PLACES, Simulation};
+use super::{Event, HELLO_AGAIN_NS, MS, Node, PLACES, Simulation};
+use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::member::{CONDUCTOR, Effect, Member, Remake};
-use crate::runtime::messages::{Accepted, Hello, Kind};
+use crate::runtime::messages::{Accepted, FinalReport, Frame, Hello, Kind, Report, RunConfig};
 use crate::runtime::succession::Voter;
 use std::sync::Arc;
 
@@ -26,6 +27,7 @@ impl Simulation {
             host: None,
             finds_station: [0; 2],
             voter: Voter::default(),
+            another: false,
         };
         self.nodes.insert(name.to_owned(), node);
     }
@@ -42,6 +44,12 @@ impl Simulation {
                     }
                 }
                 Effect::Report(report) => {
+                    match report.body {
+                        Report::Sealed { .. } => self.event(Event::Sealed),
+                        Report::Held { .. } => self.event(Event::Held),
+                        Report::Final(_) => self.event(Event::Final),
+                        _ => {}
+                    }
                     let parcel = || Parcel::Report(name.to_owned(), report.clone());
                     for to in PLACES {
                         self.post(name, to, parcel, loss);
@@ -91,9 +99,10 @@ impl Simulation {
                         }
                     }
                 }
-                Effect::Dismissed(reason) => {
-                    self.broken.push(format!("{name} was dismissed: {reason}"));
-                }
+                Effect::Dismissed(reason) => match self.nodes.get_mut(name) {
+                    Some(node) if node.another => self.leaves(name, "another run was refused"),
+                    _ => self.broken.push(format!("{name} was dismissed: {reason}")),
+                },
                 Effect::Yielded(_) => {
                     if let Some(node) = self.nodes.get_mut(name) {
                         node.dead = true;
@@ -108,11 +117,21 @@ impl Simulation {
         let now = self.now;
         let Some(node) = self.nodes.get_mut(name) else { return };
         node.hello_at = Some(now + HELLO_AGAIN_NS);
-        let muted = node.mute_until > now;
-        let process = node.host.as_deref().unwrap_or(name).to_owned();
-        let pid = self.nodes.keys().position(|n| *n == process).map_or(0, |at| at as u32 + 1);
-        let Some(node) = self.nodes.get(name) else { return };
-        let hello = Hello {
+        let Some(node) = self.nodes.get(name).filter(|node| node.mute_until <= now) else { return };
+        let hello = self.hello_of(name, node);
+        for at in 0..PLACES.len() {
+            let leads = self.works(at) && self.hosts[at].deaf_until <= now;
+            if leads && !self.apart(name, PLACES[at]) {
+                self.hello(at, hello.clone());
+            }
+        }
+    }
+
+    /// What it asks with.
+    pub(super) fn hello_of(&self, name: &str, node: &Node) -> Hello {
+        let process = node.host.as_deref().unwrap_or(name);
+        let pid = self.nodes.keys().position(|n| n == process).map_or(0, |at| at as u32 + 1);
+        Hello {
             name: name.to_owned(),
             kind: node.kind,
             pid,
@@ -121,15 +140,17 @@ impl Simulation {
             scene_hash: self.config.scene_hash,
             instance: node.instance,
             was: node.was,
-        };
-        if muted {
-            return;
         }
-        for at in 0..PLACES.len() {
-            let leads = self.works(at) && self.hosts[at].deaf_until <= now;
-            if leads && !self.apart(name, PLACES[at]) {
-                self.hello(at, hello.clone());
-            }
+    }
+
+    /// Its process ends by itself, for the reason that is counted.
+    fn leaves(&mut self, name: &str, why: &'static str) {
+        self.note(why);
+        let Some(node) = self.nodes.get_mut(name) else { return };
+        node.dead = true;
+        let Some(inc) = node.member.as_ref().map(Member::inc) else { return };
+        for place in PLACES {
+            self.put(self.now + 8 * MS, place, Parcel::Alive(name.to_owned(), inc, false));
         }
     }
 
@@ -153,8 +174,13 @@ impl Simulation {
         node.voter.enrol(accepted.fed, accepted.inc, accepted.epoch);
         let mut effects = Vec::new();
         let again = node.member.is_some();
-        let member =
-            node.member.get_or_insert_with(|| Member::new(make(name), name, accepted, || 0));
+        let another = node.another;
+        let made = || if another { Box::new(Another(make(name))) as _ } else { make(name) };
+        let member = node.member.get_or_insert_with(|| Member::new(made(), name, accepted, || 0));
+        if another && accepted.enter.is_none() {
+            // It is there to return; nothing was made yet that it could differ from.
+            return self.leaves(name, "another run did not begin");
+        }
         if again || accepted.enter.is_some() {
             let run = accepted.enter.as_ref().map_or(0, |enter| enter.config.run);
             let Role::Leads(_, log) = &mut self.hosts[at].role else { return };
@@ -167,5 +193,50 @@ impl Simulation {
             None => "join",
         });
         self.act(name, effects);
+    }
+}
+
+/// A federate of another build: what it makes is told apart by the digest of its state.
+struct Another(Box<dyn Federate>);
+
+impl Federate for Another {
+    fn kind(&self) -> Kind {
+        self.0.kind()
+    }
+    fn period(&self) -> Frame {
+        self.0.period()
+    }
+    fn consumes(&self) -> bool {
+        self.0.consumes()
+    }
+    fn reads_pdus(&self) -> bool {
+        self.0.reads_pdus()
+    }
+    fn ahead_of(&self, producer: &str) -> Option<Frame> {
+        self.0.ahead_of(producer)
+    }
+    fn logs(&self, producer: &str) -> bool {
+        self.0.logs(producer)
+    }
+    fn in_loop(&self) -> bool {
+        self.0.in_loop()
+    }
+    fn live(&self) -> bool {
+        self.0.live()
+    }
+    fn configure(&mut self, config: &RunConfig, out: &mut FrameOut) -> Result<(), String> {
+        self.0.configure(config, out)
+    }
+    fn step(&mut self, k: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
+        self.0.step(k, inputs, out);
+    }
+    fn state(&self) -> u64 {
+        !self.0.state()
+    }
+    fn finish(&mut self, report: &mut FinalReport) {
+        self.0.finish(report);
+    }
+    fn aside(&mut self, what: Aside) -> Vec<Octets> {
+        self.0.aside(what)
     }
 }

@@ -46,6 +46,29 @@ pub(super) enum Parcel {
     Station(bool),
 }
 
+impl Parcel {
+    /// What kind it is, and which one of it.
+    fn mark(&self) -> u64 {
+        match self {
+            Self::Order(order) => 1 + (order.seq << 4),
+            Self::Report(_, report) => 2 + (report.seq << 4),
+            Self::Beat(_, beat) | Self::LateBeat(beat) => 3 + (beat.last_seq << 4),
+            Self::Pdus(_) => 4,
+            Self::Repair(..) => 5,
+            Self::Repaired(_) => 6,
+            Self::Fetch(_, ask) => 7 + (ask.fetch.from << 4),
+            Self::Orders(_) => 8,
+            Self::Reports(_) => 9,
+            Self::Alive(_, inc, _) => 10 + (inc << 4),
+            Self::StepsAsk(..) => 11,
+            Self::Steps(..) => 12,
+            Self::Candidacy(..) | Self::Voted(..) => 13,
+            Self::Leads(_) => 14,
+            Self::Station(_) => 15,
+        }
+    }
+}
+
 impl Simulation {
     /// Puts a message on its way, if it gets on it.
     pub(super) fn post(&mut self, from: &str, to: &str, make: impl Fn() -> Parcel, loss: u64) {
@@ -53,7 +76,13 @@ impl Simulation {
         let place = |name: &str| PLACES.iter().position(|place| *place == name);
         let follows = place(to).is_some_and(|at| self.hosts[at].lead().is_none());
         if self.silenced(from, to) || (follows && place(from).is_none()) {
+            if self.in_burst(from, to) {
+                self.note("messages lost in a burst");
+            }
             return;
+        }
+        if self.intruder_until > self.now {
+            self.intrude(to, make());
         }
         for _ in 0..1 + u64::from(self.chance(self.network.twice)) {
             if self.chance(loss) {
@@ -71,7 +100,12 @@ impl Simulation {
             Some(at) => self.hosts[at].mute_until > self.now,
             None => self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now),
         };
-        muted || self.apart(from, to)
+        muted || self.apart(from, to) || self.in_burst(from, to)
+    }
+
+    fn in_burst(&self, from: &str, to: &str) -> bool {
+        let on = |(a, b, until): &(String, String, u64)| *until > self.now && a == from && b == to;
+        self.bursts.iter().any(on)
     }
 
     /// Whether a partition is between the two.
@@ -104,6 +138,8 @@ impl Simulation {
 
     pub(super) fn deliver(&mut self, to: &str, mut parcel: Parcel) {
         let now = self.now;
+        let heard = to.bytes().fold(now, |sum, b| sum.rotate_left(5) ^ u64::from(b));
+        self.trace = (self.trace ^ heard ^ parcel.mark() << 40).wrapping_mul(0x0100_0000_01b3);
         if let Some(at) = PLACES.iter().position(|place| *place == to) {
             return self.deliver_to_station(at, parcel);
         }

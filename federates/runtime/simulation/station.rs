@@ -1,7 +1,7 @@
 //! The simulated hosts of the administration station and of its standby: what they decide is carried out, and what has to hold is checked.
 
 use super::network::Parcel;
-use super::{BEAT_NS, LEASE_NS, MS, Node, PLACES, RECONNECT_NS, Simulation};
+use super::{BEAT_NS, Event, LEASE_NS, MS, Node, PLACES, RECONNECT_NS, STRANGER, Simulation};
 use crate::runtime::conductor::{Conductor, Effect as Decision, Input, Token, Why};
 use crate::runtime::follower::{Becomes, Follower};
 use crate::runtime::journal::{Disk, Journal, JournalError, Past};
@@ -14,6 +14,7 @@ use crate::runtime::succession::{Question, Steps};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind, Read};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A journal and what it holds already.
@@ -25,9 +26,9 @@ const LOOK_NS: u64 = 50 * MS;
 /// How long the standby waits for an answer, ns.
 const ANSWER_NS: u64 = 1_000 * MS;
 
-/// A simulated disk: what is on it outlives a process.
+/// A simulated disk: what is on it outlives a process. Behind it, whether it is full.
 #[derive(Clone, Debug, Default)]
-struct Kept(Arc<Mutex<Vec<u8>>>);
+struct Kept(Arc<Mutex<Vec<u8>>>, Arc<AtomicBool>);
 
 impl Kept {
     fn with<T>(&self, what: impl FnOnce(&mut Vec<u8>) -> T) -> T {
@@ -51,11 +52,13 @@ impl Disk for Kept {
 
     fn write(&mut self, at: u64, octets: &[u8]) -> std::io::Result<()> {
         let at = at as usize;
+        let full = self.1.load(Ordering::Relaxed);
+        let octets = if full { &octets[..octets.len() / 2] } else { octets };
         self.with(|kept| {
             kept.resize(kept.len().max(at + octets.len()), 0);
             kept[at..at + octets.len()].copy_from_slice(octets);
         });
-        Ok(())
+        if full { Err(ErrorKind::StorageFull.into()) } else { Ok(()) }
     }
 
     fn cut(&mut self, length: u64) -> std::io::Result<()> {
@@ -104,6 +107,8 @@ pub(super) struct Host {
     steps: Option<(Token, u64, u64)>,
     /// It has said that it asks for voices.
     contends: bool,
+    /// It has no journal any more, since its disk is full.
+    unwritten: bool,
 }
 
 impl Host {
@@ -122,7 +127,17 @@ impl Host {
             tokens: 0,
             steps: None,
             contends: false,
+            unwritten: false,
         }
+    }
+
+    /// Nothing more can be written there, until a process is started.
+    pub(super) fn fill_disk(&mut self) {
+        self.disk.1.store(true, Ordering::Relaxed);
+    }
+
+    fn disk_is_full(&self) -> bool {
+        self.disk.1.load(Ordering::Relaxed)
     }
 
     pub(super) fn lead(&self) -> Option<&Lead> {
@@ -180,6 +195,7 @@ impl Simulation {
         if !self.hosts[at].dead {
             return;
         }
+        self.hosts[at].disk.1.store(false, Ordering::Relaxed);
         let leads = self.hosts[at].lead().is_some() || (at == 0 && self.leader().is_none());
         let opened = match self.journal(at, leads) {
             Ok(opened) => opened,
@@ -207,6 +223,7 @@ impl Simulation {
         let host = &mut self.hosts[at];
         (host.dead, host.started, host.next_beat, host.look_at) = (false, now, now, now);
         (host.steps, host.contends, host.paused_until) = (None, false, now);
+        host.unwritten = false;
         host.hellos.clear();
         if again || at > 0 {
             self.finds(at);
@@ -268,6 +285,7 @@ impl Simulation {
                 let turn = lead.turn(now);
                 questions = lead.questions(now);
                 let standing = lead.standing();
+                self.disk_fails(at);
                 for (token, steps) in turn.told {
                     self.tell_steps(at, token, steps);
                 }
@@ -288,7 +306,7 @@ impl Simulation {
                         self.put(self.now + ANSWER_NS, PLACES[at], late);
                     }
                     Ok(None) => {}
-                    Err(e) => self.broken.push(e.to_string()),
+                    Err(e) => self.standby_fails(at, &e),
                 }
                 self.contends(at, standing);
             }
@@ -296,7 +314,19 @@ impl Simulation {
         self.ask_voters(at, questions);
     }
 
+    /// A station that cannot write its journal goes on without one, and leaves nothing from which another could go on.
+    fn disk_fails(&mut self, at: usize) {
+        let host = &mut self.hosts[at];
+        if host.disk_is_full() && !host.unwritten && host.disk.length().is_ok_and(|l| l == 0) {
+            host.unwritten = true;
+            self.note("journal not writable");
+        }
+    }
+
     fn ask_voters(&mut self, at: usize, questions: Vec<Question>) {
+        if !questions.is_empty() {
+            self.event(Event::Candidacy);
+        }
         for (voter, question) in questions {
             let parcel = || Parcel::Candidacy(PLACES[at], question.clone());
             self.post(PLACES[at], &voter, parcel, self.network.bus_loss);
@@ -360,6 +390,7 @@ impl Simulation {
         if *self.epochs.entry(epoch).or_insert(at) != at {
             self.broken.push(format!("two lead in epoch {epoch}"));
         }
+        self.event(Event::Leads);
         let lost = self.nodes.values().any(|node| node.dead);
         let other = &self.hosts[1 - at];
         let (dead, stood) = (other.dead, other.paused_until > self.now);
@@ -458,10 +489,20 @@ impl Simulation {
                 };
                 match becomes {
                     Ok(becomes) => self.become_of(at, becomes),
-                    Err(e) => self.broken.push(e.to_string()),
+                    Err(e) => self.standby_fails(at, &e),
                 }
             }
         }
+    }
+
+    /// A standby that cannot write its copy ends.
+    fn standby_fails(&mut self, at: usize, e: &JournalError) {
+        if !self.hosts[at].disk_is_full() {
+            return self.broken.push(e.to_string());
+        }
+        self.note("copy of the journal not writable");
+        self.hosts[at].dead = true;
+        self.put(self.now + 8 * MS, PLACES[1 - at], Parcel::Station(false));
     }
 
     fn become_of(&mut self, at: usize, becomes: Becomes) {
@@ -480,10 +521,13 @@ impl Simulation {
                     self.won(at, led.epoch);
                     self.hear_who_lives(at);
                 }
-                Err(e) => self.broken.push(e.to_string()),
+                Err(e) => self.standby_fails(at, &e),
             },
             Becomes::Refused(why) => {
                 host.dead = true;
+                if self.hosts[1 - at].disk_is_full() {
+                    return self.note("standby of a station without a journal");
+                }
                 self.broken.push(format!("{} is refused: {why}", PLACES[at]));
             }
             Becomes::Over | Becomes::Standby => host.dead = true,
@@ -539,7 +583,12 @@ impl Simulation {
                         self.check_frozen(at, frame, why.is_some());
                     }
                 }
-                Decision::Answer(_, answer) => self.answers.push((answer.ok, answer.text)),
+                Decision::Answer(_, answer) => {
+                    if answer.ok && answer.text.starts_with("rate:") {
+                        self.note("rate by command");
+                    }
+                    self.answers.push((answer.ok, answer.text));
+                }
                 Decision::Exit(code) => self.exit = Some(code),
                 Decision::Welcome(token, welcome) => self.welcome(at, token, welcome),
                 Decision::State(_) => {}
@@ -559,6 +608,17 @@ impl Simulation {
             self.broken.push(format!("granted {upto} while all stand at {frame}"));
         }
         self.check_said(at, order);
+        let event = match &order.body {
+            Order::Seal { .. } => Some(Event::Seal),
+            Order::Cut { .. } => Some(Event::Cut),
+            Order::View { .. } => Some(Event::View),
+            Order::Admit { .. } => Some(Event::Admit),
+            Order::Finish { .. } => Some(Event::Finish),
+            _ => None,
+        };
+        if let Some(event) = event {
+            self.event(event);
+        }
         self.note(match &order.body {
             Order::Seal { .. } => "seal",
             Order::Cut { .. } => "cut",
@@ -567,6 +627,7 @@ impl Simulation {
             Order::Admit { .. } => "admit",
             Order::Dismiss { .. } => "dismiss",
             Order::Yield { .. } => "place given by command",
+            Order::Configure(config) if config.run > 1 => "begun again by command",
             _ => "other orders",
         });
         if let Order::Yield { name, inc, .. } = &order.body {
@@ -611,6 +672,17 @@ impl Simulation {
     /// One who asked to join is answered.
     fn welcome(&mut self, at: usize, token: Token, welcome: Welcome) {
         let Some((name, instance)) = self.hosts[at].hellos.remove(&token) else { return };
+        if instance == STRANGER {
+            return match welcome {
+                Welcome::Refused(why) if why.contains("version") => {
+                    self.note("another build was refused");
+                }
+                Welcome::Refused(why) if why.contains("another scene") => {
+                    self.note("another scene was refused");
+                }
+                other => self.broken.push(format!("a stranger as {name} is told {other:?}")),
+            };
+        }
         let now = self.now;
         let waits =
             |node: &&Node| !node.dead && node.instance == instance && node.hello_at.is_some();
