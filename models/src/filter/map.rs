@@ -589,6 +589,9 @@ pub const MH9_MAP: Declared = Declared {
 };
 
 #[cfg(test)]
+mod laws;
+
+#[cfg(test)]
 mod tests {
     use super::super::testing::plot_at;
     use super::*;
