@@ -403,4 +403,129 @@ mod tests {
         assert_eq!(Motion::of(v(0.0, 10.0), v(0.5, 10.0), 1.0), Motion::Turning);
         assert_eq!(Motion::of(v(-10.0, 1e-9), v(-10.0, -1e-9), 1.0), Motion::Steady);
     }
+
+    /// Each figure by its definition, over all that were sorted out by hand.
+    #[test]
+    fn figures_are_those_of_their_definitions() {
+        let mut samples = Vec::new();
+        let mut rng = DrawKey { run_seed: 11, sensor: 1, entity: 0, scan: 0 }.rng(Purpose::Study);
+        for key in 0..40u64 {
+            let mut error = [3.0, -1.0, 0.5, 0.2].map(|e| e * (1.0 + key as f64 / 10.0));
+            let mut scan = 3 * key;
+            for k in 0..60u64 {
+                // A scan is left out now and then: what follows it is no neighbour.
+                scan += 1 + u64::from(uniform(&mut rng) < 0.1);
+                let (a, b) = normal_pair(&mut rng);
+                let (c, d) = normal_pair(&mut rng);
+                error = [0.7 * error[0] + a, 0.7 * error[1] + 0.6 * a + b, c, 2.0 * d];
+                let share = uniform(&mut rng);
+                let error = match () {
+                    () if k < key % 4 || share < 0.1 => None,
+                    () if share < 0.12 => Some([0.0, f64::NAN, 0.0, 0.0]),
+                    () => Some(error),
+                };
+                // Few turn: they take the figures of all.
+                let turns = key == 7 && k > 40;
+                let kind = if turns { 3 } else { (key % 3) as usize };
+                samples.push(Sample { key, scan, motion: Motion::ALL[kind], error });
+            }
+        }
+        let found = fit(&samples).expect("enough");
+        let near = |what: &str, found: f64, wanted: f64| {
+            assert!(
+                (found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()),
+                "{what}: {found} {wanted}"
+            );
+        };
+        let good = |s: &&Sample| s.error.is_some_and(|e| e.iter().all(|x| x.is_finite()));
+        for (kind, figures) in Motion::ALL.into_iter().zip(found.motions) {
+            let of = |s: &&Sample| kind == Motion::Turning || s.motion == kind;
+            let own: Vec<Sample> = samples.iter().filter(of).filter(good).copied().collect();
+            assert_eq!(figures.samples, own.len() as u64, "{kind:?}");
+            let values =
+                |i: usize| own.iter().map(|s| s.error.expect("good")[i]).collect::<Vec<_>>();
+            let mean_of = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+            let units: Vec<Vec<f64>> = (0..4)
+                .map(|i| {
+                    let all = values(i);
+                    let mean = mean_of(&all);
+                    let off: Vec<f64> = all.iter().map(|v| v - mean).collect();
+                    let sigma = mean_of(&off.iter().map(|o| o * o).collect::<Vec<_>>()).sqrt();
+                    near("mean", figures.mean[i], mean);
+                    near("sigma", figures.sigma[i], sigma);
+                    off.iter().map(|o| o / sigma).collect()
+                })
+                .collect();
+            let both: Vec<f64> = units[0].iter().zip(&units[1]).map(|(a, b)| a * b).collect();
+            near("cross", figures.cross, mean_of(&both));
+            let mut products = Vec::new();
+            for (at, s) in own.iter().enumerate() {
+                let before = own.iter().position(|b| b.key == s.key && b.scan + 1 == s.scan);
+                let pairs = before.map(|b| [0, 1].map(|axis| units[axis][at] * units[axis][b]));
+                products.extend(pairs.into_iter().flatten());
+            }
+            near("rho", figures.rho, mean_of(&products));
+        }
+        let (mut delays, mut present, mut due, mut gaps) = (Vec::new(), 0.0, 0.0, 0.0);
+        for key in 0..40 {
+            let there: Vec<bool> =
+                samples.iter().filter(|s| s.key == key).map(|s| good(&s)).collect();
+            let first = there.iter().position(|t| *t).expect("one");
+            delays.push(first as f64);
+            let after = &there[first..];
+            due += after.len() as f64;
+            present += after.iter().filter(|t| **t).count() as f64;
+            gaps += (1..after.len()).filter(|&i| after[i - 1] && !after[i]).count() as f64;
+        }
+        near("delay", found.delay_scans, delays.iter().sum::<f64>() / 40.0);
+        near("reported", found.reported, present / due);
+        near("gap", found.gap_scans, (due - present) / gaps);
+    }
+
+    /// Figures of each kind of motion are drawn along and across that motion, whichever way it goes.
+    #[test]
+    fn errors_lie_along_the_motion_and_are_those_of_its_kind() {
+        let of = |k: f64| MotionFigures {
+            mean: [k, -2.0 * k, 0.1 * k, -0.2 * k],
+            sigma: [0.3 * k, 0.1 * k, 0.05 * k, 0.02 * k],
+            cross: -0.5,
+            rho: 0.2,
+            samples: 100,
+        };
+        let motions = [of(1.0), of(2.0), of(3.0), of(4.0)];
+        let figures = Figures { motions, reported: 1.0, gap_scans: 1.0, delay_scans: 0.0 };
+        for (place, course_deg) in [(0, 20.0), (1, 75.0), (2, 160.0), (3, 250.0), (1, 340.0)] {
+            let mut tracker = OfflineTracker::new(figures.clone(), 2.0);
+            let mut errors: Vec<[f64; 4]> = Vec::new();
+            let course = f64::to_radians(course_deg);
+            // Speed and course in a scan: at the limits of their kinds, seen from within.
+            let (mut speed, mut turned) = if place == 0 { (0.99, 0.0) } else { (5.0, 0.0) };
+            for scan in 1..=4000 {
+                match place {
+                    2 => speed += 0.61,
+                    3 => turned += 0.041,
+                    _ => turned = 0.038 * (scan % 2) as f64,
+                }
+                let (sin, cos) = libm::sincos(course + turned);
+                let velocity_mps = Vector2::new(sin, cos) * speed;
+                let state = TrueState { key: 1, position_m: Point2::new(1.0, 2.0), velocity_mps };
+                let track = tracker.scan(3, scan, &[state])[0];
+                let (off, faster) =
+                    (track.position_m - state.position_m, track.velocity_mps - velocity_mps);
+                let (sin, cos) = if place == 0 { (0.0, 1.0) } else { (sin, cos) };
+                let parts = |v: Vector2<f64>| [v.x * sin + v.y * cos, v.x * cos - v.y * sin];
+                let ([a, b], [c, d]) = (parts(off), parts(faster));
+                errors.push([a, b, c, d]);
+            }
+            let n = errors.len() as f64;
+            let wanted = &motions[place];
+            for i in 0..4 {
+                let mean = errors.iter().map(|e| e[i]).sum::<f64>() / n;
+                let square = errors.iter().map(|e| (e[i] - mean) * (e[i] - mean)).sum::<f64>() / n;
+                let by = 0.1 * wanted.sigma[i];
+                assert!((mean - wanted.mean[i]).abs() < by, "{place} {i}: {mean}");
+                assert!((square.sqrt() - wanted.sigma[i]).abs() < by, "{place} {i}: {square}");
+            }
+        }
+    }
 }

@@ -750,8 +750,17 @@ mod tests {
                 (0..200).map(|k| sample(k, [f64::from(u8::from(k > 100)), 0.0])).collect(),
             ),
             ("to and fro", (0..200).map(|k| sample(k, [(k % 2) as f64, 0.0])).collect()),
+            ("a long wave", (0..9000).map(|k| sample(k, [(k / 4500) as f64, 0.0])).collect()),
             ("far apart", (0..200).map(|k| sample(k * 1000, [(k % 7) as f64, 1.0])).collect()),
         ] {
+            // Slower and quicker: figures stay within what a sensor may have.
+            for period_s in [1e-6, 1e-3, 3e3] {
+                let mut slower = samples.clone();
+                slower.iter_mut().for_each(|s| s.time = SimTime::from_s(s.time.s() * period_s));
+                let f = fit(&seen(slower), period_s).expect(name);
+                let within = (1e-3..=1e6).contains(&f.tau_s) || f.correlated_share == 0.0;
+                assert!(within && (0.0..=1.0).contains(&f.correlated_share), "{name}: {f:?}");
+            }
             let figures = fit(&seen(samples), 1.0).expect(name);
             let config = OfflineConfig {
                 axes: OfflineAxes::Radial(Point2::origin()),
