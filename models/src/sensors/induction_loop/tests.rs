@@ -143,3 +143,103 @@ fn false_passages_come_at_their_rate() {
     assert!((sink.plots.len() as f64 - 1000.0).abs() < 4.0 * 1000_f64.sqrt());
     assert!(sink.causes.iter().all(|c| c.key.is_none()));
 }
+
+/// Passages over loops that err in nothing: at any angle, from either side, of any length, beside the middle or off the strip.
+#[test]
+fn without_errors_a_passage_is_where_and_when_it_is() {
+    let exact = LoopConfig {
+        sigma_edge_m: 1e-3,
+        delay_s: 0.0,
+        sigma_half_length_m: 0.0,
+        pair: Some(LoopPair { spacing_m: 7.0, sigma_spacing_m: 0.0 }),
+        length_m: 3.0,
+        ..config()
+    };
+    for (direction_deg, skew_rad, speed_mps, across_m) in [
+        (0.0, 0.0, 9.0, 0.0),
+        (90.0, 0.0, 3.0, 11.0),
+        (205.0, 0.3, 14.0, -11.0),
+        (330.0, -0.4, 20.0, 2.0),
+        (75.0, 0.2, 6.0, 12.0),
+        (160.0, 0.0, 6.0, -12.0),
+    ] {
+        for against in [false, true] {
+            let mut truth = Parked::aircraft(&[1]);
+            let turned = if against { std::f64::consts::PI } else { 0.0 };
+            let (sin, cos) = libm::sincos(f64::to_radians(direction_deg) + turned);
+            let (ahead, right) = (Vector2::new(sin, cos), Vector2::new(cos, -sin));
+            truth.velocity_mps = Vector3::new(sin * speed_mps, cos * speed_mps, 0.0);
+            truth.heading_rad = f64::to_radians(direction_deg) + turned + skew_rad;
+            let site_m = Point2::new(0.0, 100.0) + ahead * 60.0 + right * across_m;
+            let half_m = 0.5 * 37.6 * libm::cos(skew_rad);
+            for pair in [exact.pair, None] {
+                let config = LoopConfig {
+                    site_m,
+                    direction_deg,
+                    pair,
+                    assumed_half_length_m: half_m,
+                    ..exact.clone()
+                };
+                let mut sensor = InductionLoop::new(config).expect("sound");
+                let mut sink = PlotSink::default();
+                for scan in 1..=60 {
+                    let at = |scan: u64| SimTime::from_s(scan as f64);
+                    let (from, to) = (at(scan - 1), at(scan));
+                    let interval = ScanInterval { run_seed: 4, scan, from, to };
+                    sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
+                }
+                let case = format!("{direction_deg} {against} {pair:?}: {:?}", sink.plots);
+                if f64::abs(across_m) > 11.5 {
+                    assert_eq!((sink.plots.len(), sink.looks), (0, 0), "{case}");
+                    continue;
+                }
+                let [plot] = &sink.plots[..] else { panic!("{case}") };
+                // Its nose comes to the loop, or its tail leaves the farther one.
+                let way_m = match (pair, against) {
+                    (None, _) => 60.0 - half_m - 1.5,
+                    (Some(_), false) => 67.0 + half_m + 1.5,
+                    (Some(_), true) => 60.0 + half_m + 1.5,
+                };
+                assert!((plot.time.s() - way_m / speed_mps).abs() < 2e-6, "{way_m} {case}");
+                let place = Point2::new(0.0, 100.0) + ahead * way_m;
+                let off = (plot.position_m - place).dot(&plot.axis);
+                assert!(off.abs() < 5e-3 + 1e-4 * speed_mps, "{off} {case}");
+                assert!((plot.axis.dot(&ahead).abs() - 1.0).abs() < 1e-9, "{case}");
+                assert!((plot.along_m2 - 1e-6).abs() < 1e-12, "{case}");
+            }
+        }
+    }
+}
+
+/// Of each error by itself: as large as it is stated (the delays of one passage hang together: up to a fifth more).
+#[test]
+fn each_error_is_as_large_as_it_is_stated() {
+    let none = LoopConfig {
+        sigma_edge_m: 1e-3,
+        delay_s: 0.0,
+        sigma_half_length_m: 0.0,
+        pair: Some(LoopPair { spacing_m: 5.0, sigma_spacing_m: 0.0 }),
+        ..config()
+    };
+    let spacing = Some(LoopPair { spacing_m: 5.0, sigma_spacing_m: 0.2 });
+    for (name, config, least, most) in [
+        ("edge", LoopConfig { sigma_edge_m: 2.0, ..none.clone() }, 0.8, 1.2),
+        ("edge of one", LoopConfig { sigma_edge_m: 2.0, pair: None, ..none.clone() }, 0.8, 1.2),
+        ("spacing", LoopConfig { pair: spacing, ..none.clone() }, 0.8, 1.2),
+        ("delay", LoopConfig { delay_s: 0.04, ..none.clone() }, 0.95, 1.3),
+        ("delay of one", LoopConfig { delay_s: 0.3, pair: None, ..none }, 0.8, 1.2),
+    ] {
+        let (mut errors, mut stated) = (Vec::new(), 0.0);
+        for id in 1..=600 {
+            let sink = pass(LoopConfig { id: SensorId(id), ..config.clone() }, 10.0, true, 1_000_000_000);
+            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+                errors.push((plot.position_m - cause.truth_m.expect("a target")).dot(&plot.axis));
+                stated += plot.along_m2;
+            }
+        }
+        let n = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / n;
+        let square = errors.iter().map(|e| (e - mean) * (e - mean)).sum::<f64>();
+        assert!(n == 600.0 && (least..most).contains(&(square / stated)), "{name}: {}", square / stated);
+    }
+}
