@@ -342,6 +342,16 @@ mod tests {
         ] {
             assert!(jpda.marginals(&miss, &like, 100_000, &mut beta).is_err(), "{name}");
         }
+        // Wherever one number is not a number.
+        for tracks in 1..4 {
+            for at in 0..tracks * 4 {
+                let mut numbers = vec![-1.0; tracks * 4];
+                numbers[at] = f64::NAN;
+                let (miss, like) = numbers.split_at(tracks);
+                let found = jpda.marginals(miss, like, 100_000, &mut beta);
+                assert!(found.is_err(), "{at} of {tracks}: {beta:?}");
+            }
+        }
         jpda.marginals(&[], &[], 1, &mut beta).expect("nothing is fine");
     }
 }

@@ -364,6 +364,8 @@ mod tests {
             (120.0, 2.0),
             (40.0, 9.0),
             (3.0, 0.4),
+            // Longer than a quarter of a turn takes.
+            (2.0, 9.0),
         ] {
             let fastest = f64::min(speed + 3.0 * dt, 95.0);
             let turn = [0.35, 2.5 / speed, fastest / 15.0, std::f64::consts::PI / (2.0 * dt)];
