@@ -104,7 +104,7 @@ impl Asde {
     }
 
     /// Echoes of the walls that face the radar and are not hidden by other buildings.
-    fn walls(&mut self, air: &Air) -> Vec<PointEcho> {
+    pub(super) fn walls(&mut self, air: &Air) -> Vec<PointEcho> {
         let mut out = Vec::new();
         let step_m = 0.5 * self.radar.cell_m;
         let buildings = self.buildings.clone();

@@ -15,6 +15,7 @@ mod cells;
 mod looks;
 mod measured;
 mod merged;
+mod picture;
 mod planned;
 mod reckoned;
 mod shadows;
