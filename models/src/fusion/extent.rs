@@ -241,4 +241,26 @@ mod tests {
         let (length, width) = extent.size_m().expect("seen often");
         assert!((length - 38.0).abs() < 2.5 && (width - 4.0).abs() < 2.5, "{length} {width}");
     }
+
+    /// What has never moved lies along its axis if it is long and narrow; round or small bodies lie in no direction.
+    #[test]
+    fn only_what_is_long_and_narrow_shows_how_it_lies() {
+        for k in 0..12 {
+            let heading = 0.26 * f64::from(k);
+            for (length, width, shows) in
+                [(38.0, 4.0, true), (30.0, 12.0, true), (30.0, 27.0, false), (6.0, 2.0, false)]
+            {
+                let mut extent = Extent::default();
+                for look in 0..30 {
+                    let cells = lit(length, width, heading, look);
+                    let (_, seen) = Moments::of(&cells, CELL_M * CELL_M / 12.0).expect("cells");
+                    extent.learn(&seen, None);
+                }
+                let (sin, cos) = libm::sincos(heading);
+                let along = extent.axis().map(|axis| axis.dot(&Vector2::new(sin, cos)).abs());
+                assert_eq!(along.is_some(), shows, "{length} by {width} at {heading}");
+                assert!(along.is_none_or(|cos| cos > 0.99), "{length} by {width}: {along:?}");
+            }
+        }
+    }
 }

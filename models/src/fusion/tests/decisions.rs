@@ -156,3 +156,91 @@ fn a_track_that_is_too_wide_ends_however_sure_its_target_is() {
         assert_eq!(tracker.statistics().deleted, deleted, "{radius_m}");
     }
 }
+
+/// Tracks that plots from outside begin have their numbers behind all of ours, whoever reports more.
+#[test]
+fn what_outsiders_begin_is_numbered_behind_all_others() {
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let places = [(0.0, 0.0), (500.0, 0.0), (0.0, 700.0), (-400.0, -400.0)];
+    let mut tracks = Vec::new();
+    for k in 1..=6 {
+        let t = f64::from(k);
+        let plots: Vec<Plot> =
+            (0..).zip(places).map(|(n, (x, y))| plot(t - 0.5, n, x, y)).collect();
+        // Of the last one nothing is said: it is ours.
+        tracker.mark_outside(vec![false, true, false]);
+        tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+    }
+    let behind = places.map(|(x, y)| {
+        let near = |t: &&SystemTrack| (t.position_m - Point2::new(x, y)).norm() < 20.0;
+        tracks.iter().find(near).expect("confirmed").number >= 4096
+    });
+    assert_eq!(behind, [false, true, false, false]);
+}
+
+/// Who is taken over at a time is not continued from a time before it, nor from one before the last scan.
+#[test]
+fn a_clock_that_is_set_back_behind_a_takeover_leaves_nothing() {
+    use crate::filter::{Gaussian, Sym2};
+    let r = Sym2 { xx: 4.0, xy: 0.0, yy: 4.0 };
+    let state = Gaussian::at_position(Point2::new(50.0, 60.0), r, 5.0, 1.0);
+    let list = FlightList::default();
+    for (scan_s, adopt_s, next_s, resets) in
+        [(None, 10.0, 5.0, 1), (None, 10.0, 10.5, 0), (Some(20.0), 10.0, 15.0, 1)]
+    {
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        if let Some(s) = scan_s {
+            tracker.scan(SimTime::from_s(s), &[], &list);
+        }
+        assert_eq!(tracker.adopt(SimTime::from_s(adopt_s), &[state]), 1);
+        let left = tracker.scan(SimTime::from_s(next_s), &[], &list).len();
+        let found = tracker.statistics().clock_resets;
+        assert_eq!((found, left), (resets, usize::from(resets == 0)), "{adopt_s} {next_s}");
+    }
+}
+
+/// Of one look no track takes two plots, however they crowd, cross, jump and come in twos.
+#[test]
+fn of_one_look_a_track_takes_one_plot() {
+    for (association, kinematic) in [
+        (AssociationMethod::Nearest, true),
+        (AssociationMethod::Global, true),
+        (AssociationMethod::Nearest, false),
+    ] {
+        let mut config = TrackingConfig { association, ..TrackingConfig::paper() };
+        config.gates.kinematic = kinematic;
+        let mut tracker = Tracker::new(config);
+        let mut used = 0;
+        for k in 1..=60u32 {
+            let t = f64::from(k);
+            let key = DrawKey { run_seed: 3, sensor: 1, entity: 5, scan: k.into() };
+            let mut rng = key.rng(Purpose::Study);
+            let mut plots = Vec::new();
+            for n in 0..20u32 {
+                let (a, b) = normal_pair(&mut rng);
+                let way = (f64::from(n % 5) - 2.0) * 8.0 * t;
+                let jump = if uniform(&mut rng) < 0.1 { 25.0 } else { 1.0 };
+                let (x, y) =
+                    (15.0 * f64::from(n / 5) + way + jump * a, 9.0 * f64::from(n) + jump * b);
+                plots.push(plot(t - 0.5, 2 * n, x, y));
+                if uniform(&mut rng) < 0.3 {
+                    plots.push(plot(t - 0.5, 2 * n + 1, x + 6.0 * a, y + 9.0));
+                }
+            }
+            tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            let mut serials: Vec<u64> = tracker
+                .outcomes()
+                .iter()
+                .filter_map(|o| match o {
+                    Outcome::Used { serial, .. } => Some(*serial),
+                    _ => None,
+                })
+                .collect();
+            used += serials.len();
+            serials.sort_unstable();
+            let twice = serials.windows(2).find(|w| w[0] == w[1]);
+            assert_eq!(twice, None, "{association:?} {k}");
+        }
+        assert!(used > 600, "{used}");
+    }
+}

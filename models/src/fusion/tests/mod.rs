@@ -21,6 +21,7 @@ mod own;
 mod rests;
 mod several;
 mod shadows;
+mod taken_in;
 mod taken_off;
 
 type Path = dyn Fn(f64) -> Option<Point2<f64>>;
