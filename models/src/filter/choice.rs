@@ -57,3 +57,37 @@ impl Choice {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of all scores from 0 to 3 of four rungs: up to the best of the dearer ones only by more than the hurdle, down to the best of
+    /// the cheaper ones as soon as it is as good; of equals the cheapest.
+    #[test]
+    fn a_rung_is_left_for_a_better_one_by_its_hurdle() {
+        for code in 0..256u32 {
+            let scores: Vec<f64> = (0..4).map(|k| f64::from(code >> (2 * k) & 3)).collect();
+            let mut choice = Choice::new(4);
+            choice.add(1.0, &scores);
+            for (now, hurdle) in [(0, 0.5), (1, 0.5), (2, 1.0), (3, 1.5), (1, 1.5)] {
+                let first_best = |from: usize, to: usize| {
+                    let best = (from..to).map(|k| scores[k]).fold(f64::NEG_INFINITY, f64::max);
+                    (from..to).find(|k| scores[*k] == best)
+                };
+                let cheap = first_best(0, now).filter(|k| scores[*k] >= scores[now]);
+                let base = cheap.unwrap_or(now);
+                let least = scores[now].max(scores[base]) + hurdle;
+                let dear = first_best(now + 1, 4).filter(|k| scores[*k] > least);
+                assert_eq!(choice.choose(now, hurdle), dear.unwrap_or(base), "{scores:?} {now}");
+            }
+        }
+        // What was counts less with time, and no density costs more than the floor.
+        let mut choice = Choice::new(2);
+        choice.add(0.5, &[-2.0, f64::NAN]);
+        choice.add(0.5, &[-1.0, -3.0]);
+        let weights = choice.weights();
+        assert!((choice.scores[0] + 2.0).abs() < 1e-12 && choice.scores[1] == 0.5 * FLOOR - 3.0);
+        assert!((weights[0] - 1.0).abs() < 1e-12 && weights[1] == 0.0);
+    }
+}

@@ -137,4 +137,75 @@ mod tests {
             }
         }
     }
+
+    /// Gentle and hard, to the left and to the right: as integrated, and each the mirror image of the other.
+    #[test]
+    fn turns_are_what_is_integrated_and_their_mirror_images() {
+        for (rate, t) in [
+            (1e-12, 1.0),
+            (3e-10, 1.0),
+            (1e-8, 1.0),
+            (1e-6, 2.0),
+            (3e-4, 3.0),
+            (9e-4, 1.0),
+            (2e-3, 1.0),
+            (0.03, 1.5),
+            (0.59, 2.0),
+        ] {
+            let (vx, ax) = (12.0, 0.8);
+            let start = [7.0, vx, ax, -4.0, 0.0, rate * vx];
+            let mut now = state(start);
+            for (k, slot) in [0, 3, 5].into_iter().enumerate() {
+                now.p[slot] = Pair::new(0.3 + 0.1 * k as f64, 0.5 - 0.1 * k as f64);
+            }
+            (now.p[1], now.cross) = (Pair::new(0.1, -0.1), [0.05; 9]);
+            // Simpson's rule on the acceleration that turns.
+            let (mut moved, mut faster, steps) = ([0.0; 2], [0.0; 2], 400);
+            for k in 0..=steps {
+                let tau = t * f64::from(k) / f64::from(steps);
+                let weight = match k {
+                    0 => 1.0,
+                    k if k == steps => 1.0,
+                    k => [2.0, 4.0][k as usize % 2],
+                } * t
+                    / (3.0 * f64::from(steps));
+                let (sin, cos) = libm::sincos(rate * tau);
+                let a = [cos * ax - sin * start[5], sin * ax + cos * start[5]];
+                for axis in 0..2 {
+                    faster[axis] += weight * a[axis];
+                    moved[axis] += weight * (t - tau) * a[axis];
+                }
+            }
+            let (sin, cos) = libm::sincos(rate * t);
+            let wanted = [
+                7.0 + vx * t + moved[0],
+                vx + faster[0],
+                cos * ax - sin * start[5],
+                -4.0 + moved[1],
+                faster[1],
+                sin * ax + cos * start[5],
+            ];
+            let found = turned(&now, t);
+            for (found, wanted) in mean(&found).iter().zip(wanted) {
+                assert!((found - wanted).abs() < 1e-9, "{rate}: {found} {wanted}");
+            }
+            let mirror = |g: &Gaussian| Gaussian {
+                x: g.x.map(|x| Pair::new(x.east(), -x.north())),
+                p: g.p,
+                cross: g.cross.map(|c| -c),
+            };
+            let image = turned(&mirror(&now), t);
+            let (found, image) = (mirror(&found), image);
+            let off = (found.covariance() - image.covariance()).amax();
+            assert!(off < 1e-9 * found.covariance().amax(), "{rate}: {off}");
+            for (a, b) in mean(&found).iter().zip(mean(&image)) {
+                assert!((a - b).abs() < 1e-9, "{rate}: {a} {b}");
+            }
+            // No jump of what is not known where the form changes, nor against a hardly other turn.
+            let mut other = now;
+            other.x[2] = Pair::new(ax, rate * vx * (1.0 + 1e-6) + 1e-9);
+            let off = (turned(&other, t).covariance() - turned(&now, t).covariance()).amax();
+            assert!(off < 1e-5 * turned(&now, t).covariance().amax(), "{rate}: {off}");
+        }
+    }
 }
