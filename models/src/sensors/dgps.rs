@@ -720,6 +720,16 @@ mod tests {
             partial < 600,
             "only the scans in which the station changes are partial: {partial}"
         );
+        let ranging = RangingConfig::example(Some(RangeCorrections::on_airport()));
+        let model = DgpsModel::PerSatellite(RangingConfig {
+            sky: SkyConfig { failures: SatelliteFailures::never(), ..ranging.sky },
+            ..ranging
+        });
+        let by_range = run(&DgpsConfig { model, ..config.clone() }, &[3], 3_000);
+        // As often, and with the same draws, as by the budget.
+        let looks_up = by_range.plots.len() as f64 / by_range.looks as f64;
+        let same = run(&config, &[3], 3_000);
+        assert!((looks_up - same.plots.len() as f64 / same.looks as f64).abs() < 1e-9);
         let late = run(&config, &[7], 20_000);
         let times: BTreeSet<_> = sink.plots.iter().map(|p| p.time).collect();
         assert!(late.plots.iter().all(|p| times.contains(&p.time)));

@@ -270,14 +270,21 @@ mod tests {
                 let (low, high) = (f64::from(i) * 0.0025, f64::from(i + 7) * 0.0025);
                 let (low, high) = (low.clamp(-0.99, 0.99), high.clamp(-0.98, 0.999));
                 let (least, most) = by_sine.log_slope(low, high);
-                for k in 0..200 {
+                let (mut found, mut above) = ((f64::INFINITY, f64::NEG_INFINITY), true);
+                for k in 0..=200 {
                     let at = low + (high - low) * f64::from(k) / 200.0;
                     let h = 1e-7 * (1.0 - at.abs());
                     let ln = |s: f64| libm::log(by_sine.elevation(s));
                     let slope = (ln(at + h) - ln(at - h)) / (2.0 * h);
                     let margin = 1e-5 * (1.0 + slope.abs());
                     assert!(slope >= least - margin && slope <= most + margin, "{at}: {slope}");
+                    found = (found.0.min(slope), found.1.max(slope));
+                    above &= by_sine.elevation(at) > pattern.floor;
                 }
+                // And off the floor no bound is farther off than the slopes are.
+                let near = 0.03 * (1.0 + least.abs() + most.abs());
+                let tight = least >= found.0 - near && most <= found.1 + near;
+                assert!(tight || !above, "{low} to {high}: {least} {most}, found {found:?}");
             }
         }
     }

@@ -343,4 +343,85 @@ mod tests {
             assert!(!shape.is_symmetric());
         }
     }
+
+    /// What is a little beyond a limit is refused by its key, what is at it is not.
+    #[test]
+    fn numbers_of_a_shape_are_refused_beyond_their_limits() {
+        type Set = fn(&mut Shape, f64);
+        fn fuselage(shape: &mut Shape) -> &mut Fuselage {
+            shape.fuselage.as_mut().expect("an aircraft")
+        }
+        fn seen_from(shape: &mut Shape, from_deg: f64, half_width_deg: f64) {
+            shape.scatterers[0].view = View::Sector { from_deg, half_width_deg };
+        }
+        let all: [(&str, f64, f64, Set); 16] = [
+            ("scatterers", -0.5, 0.5, |s, v| s.scatterers[0].x = v),
+            ("scatterers", -0.5, 0.5, |s, v| s.scatterers[0].y = v),
+            ("scatterers", 1e-6, 1.0, |s, v| s.scatterers[0].weight = v),
+            ("scatterers", -360.0, 360.0, |s, v| seen_from(s, v, 20.0)),
+            ("scatterers", 10.0, 180.0, |s, v| seen_from(s, 0.0, v)),
+            ("fuselage_radius", 0.0, 0.5, |s, v| fuselage(s).radius = v),
+            ("behind_fuselage", 0.0, 1.0, |s, v| fuselage(s).behind = v),
+            ("flash", 0.0, 100.0, |s, v| fuselage(s).base = v),
+            ("flash", 0.0, 100.0, |s, v| fuselage(s).peak = v),
+            ("flash", 0.5, 90.0, |s, v| fuselage(s).width_deg = v),
+            ("flash", -0.5, 0.5, |s, v| fuselage(s).points[0] = v),
+            ("length_m", 0.1, 200.0, |s, v| s.size_m.0 = v),
+            ("span_m", 0.1, 200.0, |s, v| s.size_m.1 = v),
+            ("rcs_m2", 1e-3, 1e5, |s, v| s.rcs_m2 = v),
+            ("limits_db", 0.0, 60.0, |s, v| s.limits_db.0 = v),
+            ("limits_db", 0.0, 60.0, |s, v| s.limits_db.1 = v),
+        ];
+        assert_eq!(sample_shapes::of(true).validate(), Ok(()));
+        for (key, low, high, set) in all {
+            let refused = |value: f64| {
+                let mut shape = (*sample_shapes::of(true)).clone();
+                set(&mut shape, value);
+                let said = format!("{value} is not within {low} to {high}");
+                let found = shape.validate().err();
+                found.is_some_and(|(word, text)| word == key && text.ends_with(&said))
+            };
+            let by = 1e-3 * (high - low).min(low.abs().max(1e-3));
+            for (value, wanted) in [
+                (low, false),
+                (high, false),
+                (low - by, true),
+                (high + 1e-3 * high, true),
+                (f64::NAN, true),
+            ] {
+                assert_eq!(refused(value), wanted, "{key} = {value}");
+            }
+        }
+        let with = |count: usize, points: usize| {
+            let mut shape = (*sample_shapes::of(true)).clone();
+            let one =
+                Scatterer { x: 0.0, y: 0.0, weight: 1.0 / count.max(1) as f64, view: View::All };
+            shape.scatterers = vec![one; count];
+            fuselage(&mut shape).points = vec![0.0; points];
+            shape.limits_db = (60.0, 60.0);
+            shape.validate().map_err(|(key, _)| key)
+        };
+        assert_eq!([with(1, 1), with(32, 16)], [Ok(()); 2]);
+        assert_eq!([with(0, 1), with(33, 1)], [Err("scatterers"); 2]);
+        assert_eq!([with(1, 0), with(1, 17)], [Err("flash"); 2]);
+        // The echo of an aspect beyond its limits, and sides that are unlike.
+        let mut tight = (*sample_shapes::of(true)).clone();
+        tight.limits_db = (0.1, 0.1);
+        assert_eq!(tight.validate().map_err(|(key, _)| key), Err("limits_db"));
+        assert_eq!(sample_shapes::of(true).lopsided(), None);
+        let mut one_sided = (*Shape::point()).clone();
+        seen_from(&mut one_sided, 60.0, 90.0);
+        one_sided.scatterers.push(Scatterer { x: 0.0, y: 0.0, weight: 0.1, view: View::All });
+        let (db, deg) = one_sided.lopsided().expect("its sides are unlike");
+        let wanted = [0.0, 10.0, 30.0, 60.0, 90.0, 120.0].map(|deg: f64| {
+            let share = |deg: f64| {
+                let off = (deg - 60.0).rem_euclid(360.0);
+                let off = off.min(360.0 - off).min(90.0);
+                libm::cos(off.to_radians()).powi(2) + 0.1
+            };
+            (10.0 * libm::log10(share(deg) / share(-deg))).abs()
+        });
+        let most = wanted.into_iter().fold(0.0, f64::max);
+        assert!(db >= most - 1e-9 && db < 10.5 && (0.0..180.0).contains(&deg), "{db} at {deg}");
+    }
 }

@@ -876,6 +876,7 @@ mod tests {
             ..SatelliteFailures::reference()
         };
         let (mut usable, mut soft, mut looks) = (0.0, 0.0, 0.0);
+        let (mut far, mut most) = (0.0, f64::max(failures.soft_step_m, 0.0));
         for slot in 0..200 {
             let key = DrawKey { run_seed: 5, sensor: 1, entity: slot, scan: 0 };
             let mut health = Health::start(&failures, key, SimTime::ZERO);
@@ -883,7 +884,10 @@ mod tests {
                 let now = SimTime::from_s(f64::from(k) * 500.0);
                 health.advance(&failures, key, now);
                 usable += f64::from(u8::from(health.usable(&failures)));
-                soft += f64::from(u8::from(health.range_error_m(&failures, now) != 0.0));
+                let error_m = health.range_error_m(&failures, now);
+                soft += f64::from(u8::from(error_m != 0.0));
+                far += f64::from(u8::from(error_m > 0.0));
+                most = f64::max(most, error_m.abs());
                 looks += 1.0;
             }
         }
@@ -891,6 +895,9 @@ mod tests {
         // 40 000 looks, nearly independent at 500 s.
         assert!((usable / looks - 1.025 * p_up).abs() < 0.01, "{}", usable / looks);
         assert!((soft / looks - 0.025 * p_up).abs() < 0.004, "{}", soft / looks);
+        // Too near as often as too far, and never beyond the limit: some 850 of them.
+        assert!((far / soft - 0.5).abs() < 0.08, "{} of {soft}", far);
+        assert!(most <= failures.soft_limit_m, "{most}");
     }
 
     #[test]
