@@ -120,3 +120,26 @@ fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
     assert!(explained.iter().any(|e| e.effect == "surface reflection" && e.unit == "dB"));
     assert!(explained.iter().all(|e| e.value.is_finite()), "{explained:?}");
 }
+
+/// An aircraft stands before what is farther than half its length behind it, in its direction and on the ground.
+#[test]
+fn who_is_half_a_length_nearer_stands_before_another() {
+    for (behind_m, aside_m, up_m, before) in [
+        (17.0, 0.0, 0.0, 0),
+        (20.0, 0.0, 0.0, 1),
+        (300.0, 0.0, 0.0, 1),
+        (300.0, 28.0, 0.0, 0),
+        (300.0, 24.0, 0.0, 1),
+        (300.0, 0.0, 12.0, 0),
+    ] {
+        let mut truth =
+            Straight::new(&[((0.0, 1000.0), (0.0, 0.0)), ((aside_m, 1000.0 + behind_m), (0.0, 0.0))]);
+        truth.class.aircraft = true;
+        (truth.class.length_m, truth.class.height_m) = (37.6, 11.8);
+        truth.targets[0].0.z = up_m;
+        let mut radar = asde(|p| p.antenna_height_m = 15.0).at_levels(RadarLevels::EXACT);
+        radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut PlotSink::default());
+        let found = radar.tally().of(RadarEffect::AircraftShadow);
+        assert_eq!(found, before, "{behind_m} m behind, {aside_m} m aside, {up_m} m up");
+    }
+}
