@@ -375,7 +375,7 @@ impl Fork {
         let mut log = Log::create(&self.folder.join("run.sqlite"), &info, &AirportMap::of(after))?;
         self.keep_about(&mut log)?;
         let rerun = Rerun { recorded: &recorded, scene: &self.plan.before, exercise, seed, last };
-        let digests = rerun.into_log(&self.plan.stages, &mut log, |_, _| {})?;
+        let digests = rerun.write_log(&self.plan.stages, &mut log, |_, _| {})?;
         for (name, value) in digests.facts() {
             log.fact(&name, &value)?;
         }

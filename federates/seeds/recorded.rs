@@ -89,7 +89,7 @@ fn with_smdfm(recording: &Path, scene: &str, file: &Path) -> anyhow::Result<()> 
     let rerun = Rerun { recorded: &recorded, scene: &scene, exercise, seed, last };
     let shows = std::io::stderr().is_terminal();
     let mut told = 0;
-    let digests = rerun.into_log(&[], &mut log, |frame, last| {
+    let digests = rerun.write_log(&[], &mut log, |frame, last| {
         let percent = 100 * frame / last.max(1);
         if shows && percent > told {
             told = percent;

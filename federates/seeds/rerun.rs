@@ -40,7 +40,7 @@ impl Rerun<'_> {
     ///
     /// # Errors
     /// If a sensor cannot be made, or the log refuses.
-    pub(super) fn into_log(
+    pub(super) fn write_log(
         &self,
         stages: &[Stage],
         log: &mut Log,

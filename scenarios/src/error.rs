@@ -168,7 +168,7 @@ pub enum Problem {
         "no way from \"{from}\" to \"{to}\" but over others that have a name; {}",
         match connected.split_first() {
             None => format!("nothing that has a name meets \"{from}\""),
-            Some((nearest, rest)) if rest.is_empty() => format!("\"{nearest}\" meets \"{from}\""),
+            Some((nearest, [])) => format!("\"{nearest}\" meets \"{from}\""),
             Some((nearest, rest)) =>
                 format!("\"{nearest}\" meets \"{from}\" nearest to it, and so do {}", rest.join(", ")),
         }

@@ -237,6 +237,11 @@ struct Search<'a> {
 /// A free way beside one that was named counts so many times its length.
 const BESIDE: f64 = 3.0;
 
+/// Nodes of a way, and the place in it of each stop.
+type Reached = (Vec<usize>, Vec<usize>);
+/// The last stop that is reached, and the nodes up to which one gets from it.
+type Short = (usize, Vec<usize>);
+
 impl<'a> Search<'a> {
     fn of(network: &'a Network, stops: &'a [Stop]) -> Self {
         let mut out = vec![Vec::new(); network.nodes.len()];
@@ -289,7 +294,7 @@ impl<'a> Search<'a> {
 
     /// Nodes of the cheapest way with the place in it at which each stop is reached; else the last stop that is, and
     /// the nodes up to which one gets from it.
-    fn cheapest(&self) -> Result<(Vec<usize>, Vec<usize>), (usize, Vec<usize>)> {
+    fn cheapest(&self) -> Result<Reached, Short> {
         let count = self.network.nodes.len();
         let id = |(reached, node): (usize, usize)| reached * count + node;
         let mut least = vec![f64::INFINITY; self.stops.len() * count];

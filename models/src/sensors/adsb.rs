@@ -549,7 +549,7 @@ mod tests {
             steps.insert(step as i64);
         }
         assert!(steps.len() > 15, "{steps:?}");
-        let cars = scan(AdsbConfig::surface(SensorId(3), 47.5), &truth.as_vehicles(), 40);
+        let cars = scan(AdsbConfig::surface(SensorId(3), 47.5), &truth.of_vehicles(), 40);
         assert!(!cars.plots.is_empty() && cars.plots.iter().all(|p| p.altitude_m.is_none()));
         // Heights draw nothing: the same places.
         let same = |(a, b): (&Plot, &Plot)| a.position_m == b.position_m && a.time == b.time;

@@ -92,7 +92,7 @@ impl Parked {
     }
 
     /// The same as vehicles.
-    pub(crate) fn as_vehicles(mut self) -> Self {
+    pub(crate) fn of_vehicles(mut self) -> Self {
         self.class.aircraft = false;
         self
     }

@@ -25,7 +25,10 @@ const SMALLER_MIXES: [&[(&str, f64)]; 2] = [
     &[("C550", 1.0), ("C172", 4.0)],
 ];
 
-fn owned(mix: &[(&str, f64)]) -> Vec<(String, f64)> {
+/// Types with weights.
+type Mix = Vec<(String, f64)>;
+
+fn owned(mix: &[(&str, f64)]) -> Mix {
     mix.iter().map(|(d, w)| ((*d).to_owned(), *w)).collect()
 }
 
@@ -223,7 +226,7 @@ fn on_stands(
     ground: &Ground<'_>,
     types: &TypeTable,
     usable: &[usize],
-    (mut drawn, smaller): (Vec<Drawn>, &[Vec<(String, f64)>]),
+    (mut drawn, smaller): (Vec<Drawn>, &[Mix]),
     remarks: &mut Vec<String>,
 ) -> Vec<Wanted> {
     let network = ground.network;
