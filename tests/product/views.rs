@@ -158,7 +158,7 @@ fn a_recording_alone_is_opened(folder: &Folder, run: &Path, parent: &Archive) {
             [one.position_m.x, one.position_m.y]
         };
         let (p, q) = (at(&ours.truth[a].callsign), at(&ours.truth[b].callsign));
-        (p[0] - q[0]).hypot(p[1] - q[1])
+        libm::hypot(p[0] - q[0], p[1] - q[1])
     };
     for (a, b) in [(0, 1), (1, 2), (0, 3)] {
         let (here, there) = (far(&ours, a, b), far(&theirs, a, b));

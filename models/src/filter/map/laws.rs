@@ -221,7 +221,8 @@ fn a_state_is_found_on_the_ways_that_it_fits() {
     let there = |across_m: f64, across_mps: f64, width_m: f64| {
         let route = Route::from_course(Point2::origin(), 0.0).line(1000.0, 0.0);
         let edge = Edge { route, next: vec![], width_m };
-        let map = MapKnowledge { along: one.clone(), ..MapKnowledge::of(Network { edges: vec![edge] }) };
+        let map =
+            MapKnowledge { along: one.clone(), ..MapKnowledge::of(Network { edges: vec![edge] }) };
         let first = plot_at(0.0, 500.0, across_m, 4.0);
         let mut filter =
             MapAided::<9>::from_plot(&first, Arc::new(map), Arc::clone(&free), Start::default())

@@ -231,7 +231,8 @@ fn each_error_is_as_large_as_it_is_stated() {
     ] {
         let (mut errors, mut stated) = (Vec::new(), 0.0);
         for id in 1..=600 {
-            let sink = pass(LoopConfig { id: SensorId(id), ..config.clone() }, 10.0, true, 1_000_000_000);
+            let sink =
+                pass(LoopConfig { id: SensorId(id), ..config.clone() }, 10.0, true, 1_000_000_000);
             for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
                 errors.push((plot.position_m - cause.truth_m.expect("a target")).dot(&plot.axis));
                 stated += plot.along_m2;
@@ -240,6 +241,10 @@ fn each_error_is_as_large_as_it_is_stated() {
         let n = errors.len() as f64;
         let mean = errors.iter().sum::<f64>() / n;
         let square = errors.iter().map(|e| (e - mean) * (e - mean)).sum::<f64>();
-        assert!(n == 600.0 && (least..most).contains(&(square / stated)), "{name}: {}", square / stated);
+        assert!(
+            n == 600.0 && (least..most).contains(&(square / stated)),
+            "{name}: {}",
+            square / stated
+        );
     }
 }

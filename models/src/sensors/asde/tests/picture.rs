@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::environment::RainCell;
-use crate::frames::Vector2;
 use crate::environment::surface::MATERIALS;
+use crate::frames::Vector2;
 use crate::sensors::asde::picture::{Clutter, EvenGround, Obstacle};
 use crate::sensors::radar::ghost::facade_reflection;
 use crate::sensors::radar::shadow::{SightLine, aircraft_obstacles};

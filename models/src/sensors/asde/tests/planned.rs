@@ -256,7 +256,9 @@ fn what_refines_a_reflection_that_is_left_out_explains_nothing() {
 fn what_takes_buildings_or_company_is_planned_where_they_are() {
     let hall = Building {
         name: "hall".into(),
-        footprint_m: [(600.0, 0.0), (620.0, 0.0), (620.0, 30.0)].map(|(x, y)| Point2::new(x, y)).to_vec(),
+        footprint_m: [(600.0, 0.0), (620.0, 0.0), (620.0, 30.0)]
+            .map(|(x, y)| Point2::new(x, y))
+            .to_vec(),
         height_m: 9.0,
         facade: &crate::environment::surface::MATERIALS[5],
     };
@@ -265,10 +267,17 @@ fn what_takes_buildings_or_company_is_planned_where_they_are() {
             let targets = [((900.0, 900.0), (0.0, 0.0)), ((900.0 + apart_m, 900.0), (0.0, 0.0))];
             let buildings = if built { vec![hall.clone()] } else { Vec::new() };
             let mut radar = asde(|_| ()).among(buildings.into());
-            radar.scan(&interval(1, 1.0), &Straight::new(&targets), &Weather::default(), &mut PlotSink::default());
-            for (effect, there) in
-                [(RadarEffect::BuildingShadow, built), (RadarEffect::Merging, close), (RadarEffect::AircraftShadow, false)]
-            {
+            radar.scan(
+                &interval(1, 1.0),
+                &Straight::new(&targets),
+                &Weather::default(),
+                &mut PlotSink::default(),
+            );
+            for (effect, there) in [
+                (RadarEffect::BuildingShadow, built),
+                (RadarEffect::Merging, close),
+                (RadarEffect::AircraftShadow, false),
+            ] {
                 let row = radar.plan().iter().find(|r| r.effect == effect.name()).expect("a row");
                 let wanted = if there { (Level::Exact, 1.0) } else { (Level::Skipped, 0.0) };
                 assert_eq!((row.level, row.bound), wanted, "{} {built} {apart_m}", row.effect);

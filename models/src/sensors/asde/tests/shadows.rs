@@ -132,8 +132,10 @@ fn who_is_half_a_length_nearer_stands_before_another() {
         (300.0, 24.0, 0.0, 1),
         (300.0, 0.0, 12.0, 0),
     ] {
-        let mut truth =
-            Straight::new(&[((0.0, 1000.0), (0.0, 0.0)), ((aside_m, 1000.0 + behind_m), (0.0, 0.0))]);
+        let mut truth = Straight::new(&[
+            ((0.0, 1000.0), (0.0, 0.0)),
+            ((aside_m, 1000.0 + behind_m), (0.0, 0.0)),
+        ]);
         truth.class.aircraft = true;
         (truth.class.length_m, truth.class.height_m) = (37.6, 11.8);
         truth.targets[0].0.z = up_m;
