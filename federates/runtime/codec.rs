@@ -201,12 +201,12 @@ mod tests {
     fn golden_octets() {
         let grant = Order::Grant { run: 2, upto: 300 };
         let octets = encode(&grant);
-        assert_eq!(octets, [8, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(octets, [9, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(decode::<Order>(&octets).unwrap(), grant);
         let mut other = octets;
         other[0] = VERSION - 1;
         let refused = decode::<Order>(&other);
-        assert!(matches!(refused, Err(CodecError::Version(7))), "sound but for its version");
+        assert!(matches!(refused, Err(CodecError::Version(8))), "sound but for its version");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 mod alerts;
 mod places;
 
+use super::open::RUNS;
 use super::sweep::cell;
 use crate::gateway::public::iso8601;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
@@ -25,7 +26,7 @@ use std::process::ExitCode;
 /// Write tracks, truth, plots, alerts and the airport of a finished run as GeoJSON, KML, CZML or CSV
 #[derive(Args, Clone, Debug)]
 pub struct ExportArgs {
-    /// The run: its recording, or the database beside it
+    /// The run: a folder of runs/ or its name there, its recording, the database beside it, or `last`
     #[arg(value_name = "RUN")]
     run: PathBuf,
 
@@ -106,7 +107,7 @@ pub fn run(args: &ExportArgs) -> ExitCode {
     if let Err(e) = cli::writable(&args.out) {
         return fail(FAILED, format!("{e:#}"));
     }
-    let exported = Run::open(&args.run).and_then(|run| {
+    let exported = named(&args.run).and_then(|path| Run::open(&path)).and_then(|run| {
         let things = run.things(&what)?;
         let alerts = if what.contains(&What::Alerts) { alerts::of(&run)? } else { Vec::new() };
         Ok((run, things, alerts))
@@ -129,6 +130,16 @@ pub fn run(args: &ExportArgs) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => fail(FAILED, format!("{}: {e}", args.out.display())),
     }
+}
+
+/// The file that a word names: a recording or a database, or the database of a folder or of the last run.
+fn named(word: &Path) -> anyhow::Result<PathBuf> {
+    if word.is_file() {
+        return Ok(word.to_path_buf());
+    }
+    let word = word.to_str().context("the name of the run is not text")?;
+    let found = opened::databases(word, Path::new(RUNS))?;
+    found.into_iter().next().context("no run was named")
 }
 
 /// Why a form cannot have that, if it cannot.

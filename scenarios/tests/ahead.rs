@@ -181,7 +181,7 @@ fn a_change_tells_who_gains_and_who_loses_by_it() {
         let refused = |change: Change| moment.what_if(&airport, change).expect_err("refused");
         let stand = |flight: usize, stand: usize| Change::Stand { flight: flight as u32, stand };
         assert!(refused(stand(held, 0)).contains("only an arrival"), "{name}");
-        assert!(refused(stand(usize::MAX >> 40, 0)).contains("no flight"), "{name}");
+        assert!(refused(stand(usize::MAX >> 40, 0)).contains("not a flight"), "{name}");
         let long = Change::Hold { flight: held as u32, for_s: 1e6 };
         assert!(refused(long).contains("0 to 900 s"), "{name}");
         let runway = Change::Runway { flight: held as u32, runway: (99, 0) };

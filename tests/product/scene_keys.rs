@@ -446,6 +446,8 @@ fn every_key_of_a_scene_changes_what_is_said() {
             assert_eq!(finish(recorded).status.code(), Some(0), "{file}");
         }
     }
+    // Every third one here, which one by its name; all of them (six minutes of two cores) by SEEDS_KEY= (CONTRIBUTING).
+    let sampled = |name: &str| only.is_some() || name.bytes().map(u32::from).sum::<u32>() % 3 == 0;
     let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(2, usize::from) {
@@ -453,7 +455,7 @@ fn every_key_of_a_scene_changes_what_is_said() {
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
                     let Some(asked) = all.get(number) else { break };
-                    if !chosen(&asked.name) {
+                    if !chosen(&asked.name) || !sampled(&asked.name) {
                         continue;
                     }
                     if let Some(why) = nominal(asked, &cases, &folder, &bases, number) {

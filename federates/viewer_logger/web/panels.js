@@ -28,7 +28,11 @@ export function panels(tabs, page, onTab) {
   let looked = null;
   for (const { key, title, make } of PANELS) {
     const tab = element("button", title, { type: "button", role: "tab", id: `tab-${key}`, "aria-controls": `panel-${key}`, "data-tab": key });
-    tab.addEventListener("click", () => showTab(key));
+    tab.addEventListener("click", () => {
+      showTab(key);
+      // On a phone the panel lies under what sticks to the foot: it comes up below the tabs.
+      if (matchMedia("(max-width: 900px)").matches) tabs.scrollIntoView({ block: "start" });
+    });
     tab.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], list = [...tabs.children].filter((t) => t.offsetParent);
       if (!step || event.ctrlKey || event.altKey) return;

@@ -15,6 +15,8 @@ use models::traffic::network::Network;
 
 /// Most of one type.
 const MOST: i64 = 200;
+/// Nobody drives faster on taxiways: 50 km/h (traffic.md 2.1).
+const MOST_MPS: f64 = 50.0 / 3.6;
 /// The first address of a vehicle, less one.
 const ADDRESSES: u32 = 0x52_0000;
 
@@ -84,7 +86,9 @@ pub(super) fn placed(
             off_block: None,
             routing: Vec::new(),
         };
+        let flight = flight_of(row);
         let flight = Flight {
+            taxi_mps: (flight.taxi_mps.0.min(MOST_MPS), flight.taxi_mps.1),
             callsign: callsign.to_string(),
             direction: Direction::Vehicle,
             stand,
@@ -93,7 +97,7 @@ pub(super) fn placed(
             wheelbase_m: wheelbase_m(row.class.length_m),
             idle_kg_per_s: 0.0,
             key: entity.key(site),
-            ..flight_of(row)
+            ..flight
         };
         all.push((flight, entity, entry));
     }
