@@ -62,11 +62,11 @@ fn who_crosses_two_runways_is_cleared_for_each_while_he_is_in_its_strip() {
 fn stands_in_strip_s(gap_m: f64, seed: u64) -> (u32, usize) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("between-{gap_m}-{seed}"));
     std::fs::create_dir_all(&folder).expect("a folder");
-    let airport = Drawn::parallel(gap_m, [10.0, 900.0, 1700.0, 2590.0], &[(1, 8), (2, 6)]);
+    let airport = Drawn::parallel(gap_m, [10.0, 900.0, 1700.0, 2590.0], &[(1, 14), (2, 14)]);
     std::fs::write(folder.join("X.apt.dat"), airport.text()).expect("a file");
     let text = format!(
         "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 3600\n[airport]\nlayout = \"X.apt.dat\"\n[[traffic]]\n\
-         kind = \"generated\"\narrivals_per_h = 10\ndepartures_per_h = 14\n\
+         kind = \"generated\"\nprofile = \"even\"\narrivals_per_h = 4\ndepartures_per_h = 60\n\
          arrival_runways = [\"13L\"]\ndeparture_runways = [\"13R\"]\n"
     );
     let scene = scenarios::load_text(&folder.join("scene.toml"), &text);
