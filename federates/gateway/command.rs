@@ -105,7 +105,7 @@ fn reference(text: &str) -> Result<Reference, String> {
     };
     reference.filter(sound).map(Reference).ok_or_else(|| {
         format!(
-            "'{text}' is no place: give LAT,LON in degrees or LAT,LON,HEIGHT, like 47.458,8.548,432"
+            "'{text}' is not a place: give LAT,LON in degrees or LAT,LON,HEIGHT, like 47.458,8.548,432"
         )
     })
 }

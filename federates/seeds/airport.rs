@@ -458,7 +458,7 @@ fn flights(scene: &Scene, behaving: &Behaving, json: bool) {
         });
     }
     if !json {
-        behaving.remarks.iter().for_each(|line| print_line(line));
+        behaving.remarks.iter().chain(&behaving.left_out).for_each(|line| print_line(line));
     }
 }
 

@@ -239,19 +239,25 @@ mod tests {
     use crate::runtime::simulation::Event;
     use scenarios::losses::{ByMember, Losses};
 
-    /// Forty seeds of the shipped scene's first seconds; a thousand and more by the command.
-    #[test]
-    fn whatever_befalls_a_federation_its_digests_are_those_of_the_undisturbed_run() {
+    /// Every one of some seeds holds on the shipped scene; how often which row was reached.
+    fn all_hold(seeds: impl IntoIterator<Item = u64>) -> BTreeMap<&'static str, u64> {
         let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
         let trial = Trial::new(Arc::new(scene), 20.0);
         let whole = trial.undisturbed().expect("it ends");
         let mut seen = BTreeMap::new();
-        for seed in 1..=40 {
+        for seed in seeds {
             let faults = trial.draw(seed);
             if let Err(why) = trial.holds(seed, &faults, &whole, &mut seen) {
                 panic!("seed {seed}: {why} under {faults:?}");
             }
         }
+        seen
+    }
+
+    /// Forty seeds of the shipped scene's first seconds; a thousand and more by the command.
+    #[test]
+    fn whatever_befalls_a_federation_its_digests_are_those_of_the_undisturbed_run() {
+        let seen = all_hold(1..=40);
         for what in ["seal", "cut", "view that waits", "admit", "outcast", "frozen by a fault"] {
             assert!(seen.get(what).is_some_and(|n| *n >= 5), "{what} was hardly reached: {seen:?}");
         }
@@ -262,16 +268,7 @@ mod tests {
     /// the same, and each row is hit. How often in a thousand seeds: `seeds sim --seeds 1..1000` says and checks.
     #[test]
     fn whatever_is_aimed_at_the_protocol_the_digests_are_the_same() {
-        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
-        let trial = Trial::new(Arc::new(scene), 20.0);
-        let whole = trial.undisturbed().expect("it ends");
-        let mut seen = BTreeMap::new();
-        for seed in (1_001..=1_100).filter(|seed| more(*seed) != More::Nothing) {
-            let faults = trial.draw(seed);
-            if let Err(why) = trial.holds(seed, &faults, &whole, &mut seen) {
-                panic!("seed {seed}: {why} under {faults:?}");
-            }
-        }
+        let seen = all_hold((1_001..=1_100).filter(|seed| more(*seed) != More::Nothing));
         let seldom = |row: &&&str| seen.get(**row).is_none_or(|n| *n < 2);
         let rows = ROWS[10..].iter().chain(&["begun again by command"]);
         let missed: Vec<_> = rows.filter(seldom).collect();
@@ -282,16 +279,7 @@ mod tests {
     /// things, no epoch has two leaders, and each row of the table of faults that speaks of a standby is reached.
     #[test]
     fn with_a_standby_whatever_befalls_the_station_the_digests_are_the_same() {
-        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
-        let trial = Trial::new(Arc::new(scene), 20.0);
-        let whole = trial.undisturbed().expect("it ends");
-        let mut seen = BTreeMap::new();
-        for seed in (1..=175).filter(|seed| has_standby(*seed)) {
-            let faults = trial.draw(seed);
-            if let Err(why) = trial.holds(seed, &faults, &whole, &mut seen) {
-                panic!("seed {seed}: {why} under {faults:?}");
-            }
-        }
+        let seen = all_hold((1..=175).filter(|seed| has_standby(*seed)));
         for row in [
             "standby is in",
             "standby leads: station lost",

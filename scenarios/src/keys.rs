@@ -321,7 +321,7 @@ pub(crate) const TRAFFIC: &[Key] = &[
     .or("48, from code D on 95"),
     Key::new(
         "vehicles",
-        Holds::Counts { most: 200 },
+        Holds::Counts { most: crate::schedule::vehicles::MOST },
         "generated: how many of each type of vehicle drive from stand to stand where no flight is expected",
     ),
     Key::whole("seed", 0, i64::MAX, "generated: seed of the flights").or("that of the run"),

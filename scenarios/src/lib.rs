@@ -277,9 +277,8 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     files.extend(sensor_files);
     let radars = sensors.iter().filter_map(|s| s.asde.as_ref());
     warnings.extend(radars.flat_map(|radar| radar.warnings.iter().cloned()));
-    let remarks = traffic.behaving.iter().flat_map(|b| &b.remarks);
-    let left_out = remarks.filter(|r| r.contains(schedule::ARE_LEFT_OUT));
-    warnings.extend(left_out.map(|remark| format!("traffic: {remark}")));
+    let left_out = traffic.behaving.iter().flat_map(|b| &b.left_out);
+    warnings.extend(left_out.map(|line| format!("traffic: {line}")));
     let hash = scene_hash(&root, &files)?;
     let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let path = path.to_path_buf();

@@ -5,8 +5,9 @@ mod generated;
 pub mod handover;
 mod rates;
 mod reach;
+mod stands;
 pub(crate) mod table;
-mod vehicles;
+pub(crate) mod vehicles;
 
 use crate::airport::AirportScene;
 use crate::control::Sees;
@@ -72,6 +73,8 @@ pub struct Behaving {
     pub pavement_m: Vec<Vec<Point2<f64>>>,
     /// What was moved or assumed, one line each.
     pub remarks: Vec<String>,
+    /// What of the demand is left out since the airport does not bear it, one line each.
+    pub left_out: Vec<String>,
 }
 
 impl Behaving {
@@ -162,9 +165,6 @@ pub(crate) struct Added {
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// How a remark tells that the demand is larger than what the airport bears.
-pub(crate) const ARE_LEFT_OUT: &str = "are left out: ";
-
 /// One flight before it is put on the network.
 struct Wanted {
     line: usize,
@@ -198,7 +198,7 @@ pub(crate) fn read(
     }
     let network = Network::of(&airport.layout);
     let ground = Ground::of(&network);
-    let mut remarks = network.findings.clone();
+    let (mut remarks, mut left_out) = (network.findings.clone(), Vec::new());
     let mut flights: Vec<Flight> = Vec::new();
     // Stands that a way leads to, by code letter, as they are needed.
     let mut reached: [Option<Vec<bool>>; 6] = [const { None }; 6];
@@ -218,8 +218,14 @@ pub(crate) fn read(
             _ => {
                 driving.extend(vehicles::wanted(section, types)?);
                 let in_use = &airport.layout.details.in_use;
-                let flights =
-                    generated(section, run, &ground, (in_use, wind_mps), types, &mut remarks)?;
+                let flights = generated(
+                    section,
+                    run,
+                    &ground,
+                    (in_use, wind_mps),
+                    types,
+                    (&mut remarks, &mut left_out),
+                )?;
                 (section.file().to_path_buf(), flights)
             }
         };
@@ -321,10 +327,10 @@ pub(crate) fn read(
     let draws = (run.site, run.seed, first);
     if control.policy != Policy::Planned && !driving.is_empty() {
         let count = driving.len();
-        remarks.push(format!("{count} vehicles {ARE_LEFT_OUT}they drive in a planned order only"));
+        left_out.push(format!("{count} vehicles are left out: they drive in a planned order only"));
         driving.clear();
     }
-    let vehicles = vehicles::placed(&driving, (&network, &flights), types, draws, &mut remarks);
+    let vehicles = vehicles::placed(&driving, (&network, &flights), types, draws, &mut left_out);
     let mut driven_by_models = Vec::new();
     for (vehicle, entity, entry) in vehicles {
         driven_by_models.push(vehicle);
@@ -407,6 +413,7 @@ pub(crate) fn read(
         by_hand: control.by_hand,
         pavement_m: Vec::new(),
         remarks,
+        left_out,
     };
     Ok((Some(behaving), added))
 }

@@ -51,7 +51,7 @@ fn vehicles_get_about_beside_the_runways_and_all_is_kept_at_every_frame() {
         let first = behaving.flights.len();
         let count = behaving.vehicles.len();
         let name = format!("{airport}, seed {seed}, {policy}");
-        assert_eq!(count, 6, "{name}: {:?}", behaving.remarks);
+        assert_eq!(count, 6, "{name}: {:?}", behaving.left_out);
         let mut seen =
             Seen { stood: vec![Vec::new(); count], nearest_m: f64::INFINITY, fastest_mps: 0.0 };
         let network = behaving.network.clone();
@@ -107,13 +107,13 @@ fn vehicles_are_left_out_where_nothing_is_planned_and_that_is_said() {
 }
 
 #[test]
-fn a_vehicle_leaves_the_stand_of_a_flight_that_is_expected() {
+fn flights_have_their_stands_beside_as_many_vehicles_as_there_is_room_for() {
     let scene = scene("XSYN", "vehicles = { FOLLOWME = 40 }", 60, 5);
     let behaving = scene.traffic.behaving.as_ref().expect("behaves");
     // Those for whom no stand is free are left out, and that is said.
     let left_out = |r: &&String| r.contains("vehicles are left out");
-    let told = behaving.remarks.iter().filter(left_out).count();
-    assert_eq!(told == 1, behaving.vehicles.len() < 40, "{:?}", behaving.remarks);
+    let told = behaving.left_out.iter().filter(left_out).count();
+    assert_eq!(told == 1, behaving.vehicles.len() < 40, "{:?}", behaving.left_out);
     let mut core = behaving.core(&scene.run, 5).expect("truth");
     let flights = behaving.flights.len();
     (1..=72_000).for_each(|frame| core.step(frame));

@@ -192,6 +192,17 @@ impl Hand {
         self.take(effects);
     }
 
+    /// Answers the latest seal for a member that holds so much of the others.
+    fn answers_seal(&mut self, name: &'static str, holds: Vec<(String, Option<Frame>)>) {
+        let view = self.orders.iter().rev().find_map(|order| match order {
+            Order::Seal { view, .. } => Some(*view),
+            _ => None,
+        });
+        let view = view.expect("a seal");
+        self.say(name, Report::Sealed { run: 1, view, holds });
+        self.say(name, Report::Held { run: 1, view });
+    }
+
     /// The SMDFM is lost at the frame that it told last, and the world answers what it is asked.
     fn lose_smdfm(&mut self) {
         self.token(SMDFM, self.incs[SMDFM], false);
@@ -201,13 +212,7 @@ impl Hand {
         let granted = self.conductor.granted();
         self.pass_with(500 * MS, &[WORLD]);
         assert_eq!(self.conductor.granted(), granted, "no time is granted while a loss is settled");
-        let view = self.orders.iter().rev().find_map(|order| match order {
-            Order::Seal { view, .. } => Some(*view),
-            _ => None,
-        });
-        let view = view.expect("a seal");
-        self.say(WORLD, Report::Sealed { run: 1, view, holds: Vec::new() });
-        self.say(WORLD, Report::Held { run: 1, view });
+        self.answers_seal(WORLD, Vec::new());
         assert_eq!(self.conductor.phase(), Phase::Frozen, "{}", self.lost());
     }
 }

@@ -1,19 +1,17 @@
 //! Flights drawn by rates, with stands for all of them.
 
+use super::Wanted;
 use super::rates::Rates;
-use super::reach::{Ground, Reach, default_ends, end_named, lacks_m, needs_m};
-use super::{ARE_LEFT_OUT, Wanted};
+use super::reach::{Ground, default_ends, lacks_m};
+use super::stands::{Allotted, allotted};
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
 use crate::types::TypeTable;
-use models::airport::distance_to_segment_m;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
-use models::frames::{Azimuth, Point2, Vector2, center};
+use models::frames::Vector2;
 use models::traffic::core::Direction;
 use models::traffic::network::code_of_span;
-use models::traffic::outline::{Rectangle, Size, distance_m, outline};
-use std::collections::BTreeMap;
 
 /// When a demand begins whose scene states no time: 2026-01-01T06:00:00Z (assumed).
 pub(super) const GENERATED_START_NS: i64 = 1_767_247_200_000_000_000;
@@ -26,7 +24,7 @@ const SMALLER_MIXES: [&[(&str, f64)]; 2] = [
 ];
 
 /// Types with weights.
-type Mix = Vec<(String, f64)>;
+pub(super) type Mix = Vec<(String, f64)>;
 
 fn owned(mix: &[(&str, f64)]) -> Mix {
     mix.iter().map(|(d, w)| ((*d).to_owned(), *w)).collect()
@@ -39,7 +37,7 @@ pub(super) fn generated(
     ground: &Ground<'_>,
     (in_use, wind_mps): (&[Vec<String>; 2], Vector2<f64>),
     types: &TypeTable,
-    remarks: &mut Vec<String>,
+    (remarks, left_out): (&mut Vec<String>, &mut Vec<String>),
 ) -> Result<Vec<Wanted>, ScenarioError> {
     let network = ground.network;
     let seed = section.integer("seed", 0, i64::MAX)?.map_or(run.seed, |s| s as u64);
@@ -177,11 +175,19 @@ pub(super) fn generated(
             });
         }
     }
-    Ok(on_stands(section, ground, types, &usable, (drawn, &smaller), remarks))
+    let count = drawn.len();
+    let allotted = allotted(ground, types, &usable, drawn, &smaller);
+    let (wanted, none) = on_stands(section.line_of("kind"), ground, &allotted);
+    if none > 0 {
+        left_out.push(format!(
+            "{none} of {count} drawn flights are left out: no stand is free for them"
+        ));
+    }
+    Ok(wanted)
 }
 
 /// The type of a mix at a draw within 0 to 1; `None` of none.
-fn of_mix(mix: &[(String, f64)], draw: f64) -> Option<&str> {
+pub(super) fn of_mix(mix: &[(String, f64)], draw: f64) -> Option<&str> {
     let total: f64 = mix.iter().map(|m| m.1).sum();
     let mut left = draw * total;
     let at = mix.iter().find(|m| {
@@ -199,251 +205,48 @@ enum Profile {
     Banks,
 }
 
-/// Index of the code letter from which on a type is an airliner: C.
-const AIRLINER_CODE: u8 = 2;
-
 /// A flight by rates, before it has a stand.
 #[derive(Clone)]
-struct Drawn {
-    number: u64,
-    direction: Direction,
-    time_s: f64,
-    designator: String,
-    runway: String,
+pub(super) struct Drawn {
+    pub(super) number: u64,
+    pub(super) direction: Direction,
+    pub(super) time_s: f64,
+    pub(super) designator: String,
+    pub(super) runway: String,
     /// Draw for its stand.
-    place: f64,
+    pub(super) place: f64,
     /// Of an arrival: from its landing to its earliest off-block, s.
-    turn_round_s: f64,
+    pub(super) turn_round_s: f64,
     /// Draw for its type where no stand is free for the first one.
-    other: f64,
+    pub(super) other: f64,
 }
 
-/// Stands for drawn flights: a departure is the turn-round of the first arrival that is ready, else of the first
-/// population; nobody is put where somebody else is or beside whom there is no room. Who finds none comes as a type of the smaller
-/// mixes, one after the other, where these get more flights onto stands, and is left out else.
+/// The flights that have a stand, and how many have none.
 fn on_stands(
-    section: &Section,
+    line: usize,
     ground: &Ground<'_>,
-    types: &TypeTable,
-    usable: &[usize],
-    (mut drawn, smaller): (Vec<Drawn>, &[Mix]),
-    remarks: &mut Vec<String>,
-) -> Vec<Wanted> {
-    let network = ground.network;
-    let size_of = |d: &Drawn| {
-        let (length_m, span_m) =
-            types.get(&d.designator).map_or((37.6, 35.8), |t| (t.class.length_m, t.class.span_m));
-        Size { length_m, span_m, aircraft: true }
-    };
-    let heading = |s: usize| {
-        let node = network.stands[s].node?;
-        let edge = network.edges.iter().find(|e| e.nodes.contains(&node))?;
-        let from = edge.nodes[usize::from(edge.nodes[0] == node)];
-        let at_m = network.nodes[node].at_m;
-        Some((at_m, Azimuth::of(at_m - network.nodes[from].at_m).rad()))
-    };
-    let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
-    // Stands by runway end, type and direction: by exits and entries with enough of the runway, where there are such.
-    let mut known: BTreeMap<(String, String, bool), [Vec<bool>; 2]> = BTreeMap::new();
-    // Stands that are reached, and those of them that are reached without taxiing along another runway.
-    let mut reach = |name: &str, designator: &str, arrival: bool| -> [Vec<bool>; 2] {
-        let key = (name.to_owned(), designator.to_owned(), arrival);
-        let found = known.entry(key).or_insert_with(|| {
-            let (Some(end), Some(row)) = (end_named(network, name), types.get(designator)) else {
-                return [(); 2].map(|()| vec![true; network.stands.len()]);
-            };
-            let (reach, code) = (Reach::of(ground, end, arrival), code_of_span(row.class.span_m));
-            let least_m = needs_m(row, &reach, end.1) - 1.0;
-            let stands = reach.stands(code, least_m);
-            let (stands, least_m) = match stands.contains(&true) {
-                true => (stands, least_m),
-                false => (reach.stands(code, 0.0), 0.0),
-            };
-            [stands, reach.stands_off_runways(code, least_m)]
-        });
-        found.clone()
-    };
-    let widest_m = drawn.iter().map(|d| size_of(d).span_m).fold(36.0, f64::max);
-    // Who leaves as whose turn-round: the first that is ready.
-    let mut order: Vec<usize> = (0..drawn.len()).collect();
-    order.sort_by(|a, b| drawn[*a].time_s.total_cmp(&drawn[*b].time_s).then(a.cmp(b)));
-    let mut leaves_as: Vec<Option<usize>> = vec![None; drawn.len()];
-    let mut comes_as: Vec<Option<usize>> = vec![None; drawn.len()];
-    for d in order.iter().filter(|d| drawn[**d].direction == Direction::Departure) {
-        let ready = order.iter().copied().find(|a| {
-            drawn[*a].direction == Direction::Arrival
-                && leaves_as[*a].is_none()
-                && drawn[*a].time_s + 480.0 + drawn[*a].turn_round_s <= drawn[*d].time_s
-        });
-        if let Some(a) = ready {
-            (leaves_as[a], comes_as[*d]) = (Some(*d), Some(a));
-        }
-    }
-    // Whether somebody of a size on a stand leaves the lanes free.
-    let taxiways = network.edges.iter().filter(|e| network.is_taxiway(e));
-    let lanes: Vec<([Point2<f64>; 2], u8)> =
-        taxiways.map(|e| (e.nodes.map(|n| network.nodes[n].at_m), e.code)).collect();
-    let mut clear_of: BTreeMap<(usize, u64, u64), bool> = BTreeMap::new();
-    let mut allot = |drawn: &[Drawn], order: &[usize]| -> Vec<Option<usize>> {
-        // Occupied: stand, from, to, size.
-        let mut taken: Vec<(usize, f64, f64, Size)> = Vec::new();
-        let mut stand_of: Vec<Option<usize>> = vec![None; drawn.len()];
-        for i in order.iter().copied() {
-            let d = &drawn[i];
-            let size = size_of(d);
-            let (from, to) = match (d.direction, leaves_as[i]) {
-                (Direction::Departure, _) => (d.time_s - 2400.0, d.time_s + 900.0),
-                (_, Some(next)) => (d.time_s - 300.0, drawn[next].time_s + 900.0),
-                _ => (d.time_s - 300.0, f64::INFINITY),
-            };
-            let free = |s: usize| {
-                let Some((at_m, heading_rad)) = poses[s] else { return false };
-                taken.iter().all(|(other, begin, end, theirs)| {
-                    if *begin >= to || *end <= from {
-                        return true;
-                    }
-                    let Some((there, towards)) = poses[*other] else { return true };
-                    *other != s
-                        && ((there - at_m).norm() > 120.0
-                            || distance_m(
-                                &outline(size, at_m, heading_rad),
-                                &outline(*theirs, there, towards),
-                            ) > 4.0)
-                })
-            };
-            let need = code_of_span(size.span_m);
-            let [mut reached, mut off_runways] =
-                reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
-            if let Some(next) = leaves_as[i] {
-                let [left, off] = reach(&drawn[next].runway, &d.designator, false);
-                reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
-                off_runways.iter_mut().zip(off).for_each(|(r, l)| *r &= l);
-            }
-            let fits = |s: usize| network.stands[s].code >= need && reached[s];
-            let mut fitting: Vec<usize> =
-                usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();
-            // Airliners stand among light aircraft and helicopters only where nothing else is left.
-            let usual = |s: &usize| need < AIRLINER_CODE || !network.stands[*s].light;
-            if fitting.iter().any(usual) {
-                fitting.retain(usual);
-            }
-            // Nobody taxies along a runway on which others land or take off, where there is an elsewhere.
-            if fitting.iter().any(|s| off_runways[*s]) {
-                fitting.retain(|s| off_runways[*s]);
-            }
-            // Who would close a lane goes elsewhere, where there is an elsewhere.
-            let mut clear = |s: &usize| {
-                let key = (*s, size.length_m.to_bits(), size.span_m.to_bits());
-                *clear_of.entry(key).or_insert_with(|| {
-                    poses[*s].is_some_and(|(at_m, heading_rad)| {
-                        clear_of_lanes(&lanes, &outline(size, at_m, heading_rad), widest_m)
-                    })
-                })
-            };
-            if fitting.iter().any(&mut clear) {
-                fitting.retain(clear);
-            }
-            if fitting.is_empty() {
-                continue;
-            }
-            let stand = fitting[(d.place * fitting.len() as f64) as usize % fitting.len()];
-            taken.push((stand, from, to, size));
-            stand_of[i] = Some(stand);
-        }
-        stand_of
-    };
-    let by_time: Vec<usize> = order.iter().copied().filter(|i| comes_as[*i].is_none()).collect();
-    let (mut first, landing): (Vec<usize>, Vec<usize>) =
-        by_time.iter().partition(|i| drawn[**i].direction == Direction::Departure);
-    first.extend(landing);
-    let directions: Vec<Direction> = drawn.iter().map(|d| d.direction).collect();
-    // How many have a stand, and the share of the direction that has less.
-    let served = |stand_of: &[Option<usize>]| -> (usize, f64) {
-        let of = |direction: Direction| {
-            let all = || (0..directions.len()).filter(|i| directions[*i] == direction);
-            let some = all().filter(|i| stand_of[comes_as[*i].unwrap_or(*i)].is_some()).count();
-            (some, some as f64 / all().count().max(1) as f64)
-        };
-        let [arrivals, departures] = [Direction::Arrival, Direction::Departure].map(of);
-        (arrivals.0 + departures.0, arrivals.1.min(departures.1))
-    };
-    let mut stand_of = allot(&drawn, &first);
-    let all = drawn.len();
-    // Where stands are few, the first population would take all of them, and nobody could land.
-    if served(&stand_of).0 < all {
-        let other = allot(&drawn, &by_time);
-        if served(&other) > served(&stand_of) {
-            stand_of = other;
-        }
-    }
-    for mix in smaller {
-        if served(&stand_of).0 == all {
-            break;
-        }
-        let mut others = drawn.clone();
-        for (i, d) in others.iter_mut().enumerate() {
-            if stand_of[comes_as[i].unwrap_or(i)].is_none()
-                && let Some(designator) = of_mix(mix, d.other)
-            {
-                designator.clone_into(&mut d.designator);
-            }
-        }
-        for order in [&first, &by_time] {
-            let other = allot(&others, order);
-            if served(&other) > served(&stand_of) {
-                stand_of = other;
-                drawn.clone_from(&others);
-            }
-        }
-    }
-    let mut wanted = Vec::new();
-    let mut left_out = 0;
+    Allotted { drawn, comes_as, stand_of }: &Allotted,
+) -> (Vec<Wanted>, usize) {
     let name = |d: &Drawn| {
         let letter = if d.direction == Direction::Arrival { "A" } else { "D" };
         format!("G{letter}{:04}", d.number + 1)
     };
-    for (i, d) in drawn.iter().enumerate() {
+    let wanted = drawn.iter().enumerate().filter_map(|(i, d)| {
         let aircraft = comes_as[i].unwrap_or(i);
-        let Some(stand) = stand_of[aircraft] else {
-            left_out += 1;
-            continue;
-        };
         let kind = u32::from(d.direction == Direction::Departure);
-        wanted.push(Wanted {
-            line: section.line_of("kind"),
+        Some(Wanted {
+            line,
             callsign: name(d),
             address: Some(0x50_0000 + kind * 0x1_0000 + d.number as u32 + 1),
             designator: drawn[aircraft].designator.clone(),
             direction: d.direction,
             runway: d.runway.clone(),
-            stand: network.stands[stand].name.clone(),
+            stand: ground.network.stands[stand_of[aircraft]?].name.clone(),
             time_s: d.time_s,
             turnaround_of: comes_as[i].map(|a| name(&drawn[a])),
-        });
-    }
-    if left_out > 0 {
-        remarks.push(format!(
-            "{left_out} of {} drawn flights {ARE_LEFT_OUT}no stand is free for them",
-            drawn.len()
-        ));
-    }
-    wanted
-}
-
-/// Whether the widest of the demand can pass a parked outline on every lane that is wide enough for it.
-fn clear_of_lanes(
-    lanes: &[([Point2<f64>; 2], u8)],
-    parked: &[Rectangle; 2],
-    widest_m: f64,
-) -> bool {
-    let middle = center(&parked[0].corners_m[0], &parked[0].corners_m[2]);
-    lanes.iter().all(|([a, b], code)| {
-        let (a, b) = (*a, *b);
-        if distance_to_segment_m(middle, a, b) > 80.0 {
-            return true;
-        }
-        let line = Rectangle { corners_m: [a, b, b, a] };
-        let span_m = if *code >= code_of_span(widest_m) { widest_m } else { 36.0 };
-        distance_m(parked, &[line; 2]) > 0.5 * span_m + 3.0
-    })
+        })
+    });
+    let wanted: Vec<Wanted> = wanted.collect();
+    let left_out = drawn.len() - wanted.len();
+    (wanted, left_out)
 }

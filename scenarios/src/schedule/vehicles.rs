@@ -1,6 +1,5 @@
 //! Vehicles of a demand by rates: how many of which type, and where each begins.
 
-use super::ARE_LEFT_OUT;
 use super::flights::flight_of;
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
@@ -14,7 +13,7 @@ use models::traffic::core::{Direction, Flight};
 use models::traffic::network::Network;
 
 /// Most of one type.
-const MOST: i64 = 200;
+pub(crate) const MOST: i64 = 200;
 /// Nobody drives faster on taxiways: 50 km/h (traffic.md 2.1).
 const MOST_MPS: f64 = 50.0 / 3.6;
 /// The first address of a vehicle, less one.
@@ -46,7 +45,7 @@ pub(super) fn placed(
     (network, flights): (&Network, &[Flight]),
     types: &TypeTable,
     (site, seed, first): (u16, u64, usize),
-    remarks: &mut Vec<String>,
+    left_out: &mut Vec<String>,
 ) -> Vec<Vehicle> {
     let is_used = |s: &usize| network.stands[*s].node.is_some_and(|n| network.nodes[n].used);
     let expected = |s: &usize| flights.iter().any(|f| f.stand == *s);
@@ -102,8 +101,8 @@ pub(super) fn placed(
         all.push((flight, entity, entry));
     }
     if all.len() < designators.len() {
-        remarks.push(format!(
-            "{} of {} vehicles {ARE_LEFT_OUT}no stand is free of flights for them",
+        left_out.push(format!(
+            "{} of {} vehicles are left out: no stand is free of flights for them",
             designators.len() - all.len(),
             designators.len()
         ));

@@ -112,13 +112,7 @@ fn results_that_came_after_all_leave_an_end_to_the_wait_for_those_of_others() {
     }
     hand.pass_with(3 * S, &[WORLD]);
     assert!(hand.conductor.awaits_results(), "{}", hand.lost());
-    let view = hand.orders.iter().rev().find_map(|order| match order {
-        Order::Seal { view, .. } => Some(*view),
-        _ => None,
-    });
-    let view = view.expect("a seal");
-    hand.say(WORLD, Report::Sealed { run: 1, view, holds: Vec::new() });
-    hand.say(WORLD, Report::Held { run: 1, view });
+    hand.answers_seal(WORLD, Vec::new());
     hand.results(SMDFM);
     assert!(!hand.conductor.awaits_results());
     hand.pass_with(61 * S, &[WORLD]);

@@ -19,13 +19,7 @@ impl Hand {
 
     /// The SMDFM answers the latest seal: it holds the world's frames up to here.
     fn settled_by_smdfm(&mut self, holds: Option<Frame>) {
-        let view = self.orders.iter().rev().find_map(|order| match order {
-            Order::Seal { view, .. } => Some(*view),
-            _ => None,
-        });
-        let view = view.expect("a seal");
-        self.say(SMDFM, Report::Sealed { run: 1, view, holds: vec![(WORLD.into(), holds)] });
-        self.say(SMDFM, Report::Held { run: 1, view });
+        self.answers_seal(SMDFM, vec![(WORLD.into(), holds)]);
     }
 
     /// The world tells frames with a PDU each, named by its frame.
@@ -92,13 +86,7 @@ fn frames_of_an_incarnation_before_are_made_again() {
     hand.settled_by_smdfm(Some(3));
     assert!(hand.world_returns(2, 3));
     hand.lose(&[SMDFM], &[WORLD]);
-    let view = hand.orders.iter().rev().find_map(|order| match order {
-        Order::Seal { view, .. } => Some(*view),
-        _ => None,
-    });
-    let view = view.expect("a seal");
-    hand.say(WORLD, Report::Sealed { run: 1, view, holds: Vec::new() });
-    hand.say(WORLD, Report::Held { run: 1, view });
+    hand.answers_seal(WORLD, Vec::new());
     let enter = hand.accept(hello(SMDFM, 2), SMDFM).enter.expect("a run under way");
     assert_eq!(enter.upto, Some(1));
     assert_eq!(enter.producers[0].made, Some(3));

@@ -1,8 +1,8 @@
 //! Vehicles: from stand to stand over the lanes of aircraft, in the same order as they.
 //!
 //! A driver backs out of a stand as aircraft are pushed out of it, drives to another one where no flight is expected, stays for a
-//! few minutes, and goes on. He keeps off the strips of runways, since nobody clears him there, and leaves when a flight
-//! comes or somebody waits for him (stays and times are assumed).
+//! few minutes, and goes on, at once where somebody waits for him. He keeps off the strips of runways, since nobody clears him there
+//! (stays and times are assumed).
 
 use super::departure::Goal;
 use super::{Core, Flight, Phase, Policy, Timing};
@@ -15,9 +15,8 @@ const STAY_S: [f64; 2] = [180.0, 600.0];
 const CHANGES_GEAR_S: f64 = 3.0;
 /// From the end of a pushback to the begin of the taxi way of an aircraft, s (drawn 90 to 120).
 const STARTS_S: f64 = 105.0;
-/// Stands where a flight is expected so soon are left to it, s, and are left by who stands there, s (assumed).
+/// Stands where a flight is expected so soon are left to it, s: much longer than a drive and a stay (assumed).
 const EXPECTED_S: f64 = 2400.0;
-const LEAVES_S: f64 = 900.0;
 /// So many stands are tried for one drive; without any it is tried again after, s.
 const STANDS_TRIED: u64 = 4;
 /// And so many for its first stand.
@@ -60,11 +59,11 @@ impl Core {
         self.net.stands[stand].node.and_then(|n| self.parts.get(n)).copied()
     }
 
-    /// Whether a flight that has not come yet will want this stand within a time, s.
-    fn is_expected(&self, stand: usize, within_s: f64) -> bool {
+    /// Whether a flight that has not come yet will want this stand soon.
+    fn is_expected(&self, stand: usize) -> bool {
         self.flights.iter().zip(&self.movers).any(|(f, mover)| {
             let comes = mover.phase == Phase::Absent && f.direction != super::Direction::Vehicle;
-            comes && f.stand == stand && f.time_s < self.time_s + within_s
+            comes && f.stand == stand && f.time_s < self.time_s + EXPECTED_S
         })
     }
 
@@ -96,7 +95,7 @@ impl Core {
         let node = self.net.stands[stand].node.filter(|n| self.net.nodes[*n].used)?;
         self.stand_arc(node)?;
         let pieces = self.pieces_of_stand(stand, self.flights[m].size);
-        let free = !self.is_expected(stand, EXPECTED_S) && self.stand_is_free(m, stand, &pieces);
+        let free = !self.is_expected(stand) && self.stand_is_free(m, stand, &pieces);
         free.then_some(pieces)
     }
 
@@ -105,9 +104,8 @@ impl Core {
         if self.movers[m].goal.is_some() && !self.movers[m].push.pieces.is_empty() {
             return true;
         }
-        let in_the_way = self.movers.iter().any(|o| o.waits_for == Some(m));
-        let leaves = in_the_way || self.is_expected(self.movers[m].stand, LEAVES_S);
-        if self.time_s < self.movers[m].ready_s && !leaves {
+        let in_the_way = || self.movers.iter().any(|o| o.waits_for == Some(m));
+        if self.time_s < self.movers[m].ready_s && !in_the_way() {
             self.movers[m].next_try_s = self.time_s + 5.0;
             return false;
         }
