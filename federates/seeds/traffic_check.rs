@@ -19,6 +19,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Overlaps, gridlocks, pavement, holding positions, runways, wake, limits and service of a finished run; exit code 1 if anything is broken
 #[derive(Args, Clone, Debug)]
@@ -197,6 +198,7 @@ impl Read {
             };
             flights.insert(row.get(0)?, (direction, due.unwrap_or(f64::INFINITY)));
         }
+        let days = scene.traffic.behaving.as_ref().map(|b| Arc::clone(&b.days)).unwrap_or_default();
         // The schedule knows what the list may have lost.
         for f in scene.traffic.behaving.iter().flat_map(|b| b.flights.iter()) {
             flights.insert(f.callsign.clone(), (Some(f.direction), f.time_s));
@@ -208,7 +210,8 @@ impl Read {
             read.who.push(Who {
                 callsign: f.callsign.clone(),
                 size: f.size,
-                limits: TypeLimits::new(f.taxi_mps.0, f.taxi_acc_mps2, f.take_off, f.landing.0),
+                limits: TypeLimits::new(f.taxi_mps.0, f.taxi_acc_mps2, f.take_off, f.landing.0)
+                    .in_weather(&days),
                 wake: Some(f.wake),
                 direction: Some(f.direction),
                 due_s: f.time_s,

@@ -6,7 +6,7 @@ use models::airport::Airport;
 use models::control::clearance::ClearanceKind;
 use models::draw::{DrawKey, Purpose, uniform};
 use models::traffic::check::{Checker, Given, Row, Rules, Seen, TypeLimits, Who};
-use models::traffic::core::{Core, Flight, Notice, Order};
+use models::traffic::core::{Core, Day, Flight, Notice, Order};
 
 /// What is done and looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,13 +43,14 @@ impl Held {
     }
 }
 
-/// A flight as the checker knows it.
+/// A flight as the checker knows it, in the weather of a run.
 #[must_use]
-pub fn who_of(f: &Flight) -> Who {
+pub fn who_of(f: &Flight, days: &[(f64, Day)]) -> Who {
     Who {
         callsign: f.callsign.clone(),
         size: f.size,
-        limits: TypeLimits::new(f.taxi_mps.0, f.taxi_acc_mps2, f.take_off, f.landing.0),
+        limits: TypeLimits::new(f.taxi_mps.0, f.taxi_acc_mps2, f.take_off, f.landing.0)
+            .in_weather(days),
         wake: Some(f.wake),
         direction: Some(f.direction),
         due_s: f.time_s,
@@ -82,7 +83,7 @@ pub fn hour(
             });
         }
     }
-    let who: Vec<Who> = core.flights().iter().map(who_of).collect();
+    let who: Vec<Who> = core.flights().iter().map(|f| who_of(f, &behaving.days)).collect();
     let mut checker = Checker::new(airport, who, Rules::exact());
     let last = run.frames() as i64 + (hour.drain_s * per_s) as i64;
     let (mut served_s, mut frames) = (None, 0);

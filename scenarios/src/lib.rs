@@ -262,7 +262,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     files.extend(shape_files);
     warnings.extend(noticed);
     let (traffic, flight_list, traffic_files) =
-        traffic::read(&root, &run, (&airport, weather[0].weather.wind_mps), shapes, truth_of)?;
+        traffic::read(&root, &run, (&airport, weather::days(&weather)), shapes, truth_of)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
     let boards = board::read(&root, &airport)?;

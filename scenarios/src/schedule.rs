@@ -22,11 +22,11 @@ pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
 use models::flight_list::{FlightEntry, MovementKind};
-use models::frames::{Point2, Vector2};
+use models::frames::Point2;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{
-    ClearedBy, Core, Direction, Driven, Failure, FailureKind, Flight, Obstacle, Policy,
+    ClearedBy, Core, Day, Direction, Driven, Failure, FailureKind, Flight, Obstacle, Policy,
     drawn_failures,
 };
 use models::traffic::network::{Network, code_of_span};
@@ -53,6 +53,8 @@ pub struct Behaving {
     pub first_entity: usize,
     /// Places for aircraft that other programs give (`handover`), each with the key of its draws.
     pub places: Vec<u64>,
+    /// The weather, each from a time on, s.
+    pub days: Days,
     /// Which piece may be taken.
     pub policy: Policy,
     /// Who clears: the plan, models of controllers in the core, or those of the member `control` by notices.
@@ -107,7 +109,9 @@ impl Behaving {
     pub fn told_core(&self, run: &Run, seed: u64) -> Option<Core> {
         let pieces = self.pieces.clone()?;
         let net = Arc::clone(&self.network);
-        let core = Core::new(net, pieces, self.with_places(), self.policy, seed, run.frame.s());
+        let (flights, random) = (self.with_places(), (seed, run.frame.s()));
+        let days = Arc::clone(&self.days);
+        let core = Core::in_weather((net, pieces), flights, self.policy, random, days);
         let core = core.with_places(self.places.len());
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures_of(seed));
@@ -181,12 +185,15 @@ struct Wanted {
 /// Index of a runway and of its end.
 type RunwayEnd = (usize, usize);
 
-/// Reads all sections of these kinds; the wind is that at the begin of the run, to where it blows.
+/// The weather as movers feel it: each from a time on, s; the first from 0.
+pub(crate) type Days = Arc<Vec<(f64, Day)>>;
+
+/// Reads all sections of these kinds.
 pub(crate) fn read(
     root: &Section,
     sections: &[&Section],
     run: &Run,
-    (airport, wind_mps): (&AirportScene, Vector2<f64>),
+    (airport, days): (&AirportScene, Days),
     types: &TypeTable,
     (first_entity, places): (usize, Option<&handover::Places>),
     with_truth: bool,
@@ -197,7 +204,7 @@ pub(crate) fn read(
         return Ok((None, added));
     }
     let network = Network::of(&airport.layout);
-    let ground = Ground::of(&network);
+    let ground = Ground::of(&network, &days);
     let (mut remarks, mut left_out) = (network.findings.clone(), Vec::new());
     let mut flights: Vec<Flight> = Vec::new();
     // Stands that a way leads to, by code letter, as they are needed.
@@ -218,14 +225,8 @@ pub(crate) fn read(
             _ => {
                 driving.extend(vehicles::wanted(section, types)?);
                 let in_use = &airport.layout.details.in_use;
-                let flights = generated(
-                    section,
-                    run,
-                    &ground,
-                    (in_use, wind_mps),
-                    types,
-                    (&mut remarks, &mut left_out),
-                )?;
+                let flights =
+                    generated(section, run, &ground, in_use, types, (&mut remarks, &mut left_out))?;
                 (section.file().to_path_buf(), flights)
             }
         };
@@ -399,6 +400,7 @@ pub(crate) fn read(
         vehicles,
         first_entity,
         places: keys,
+        days,
         policy: control.policy,
         cleared_by: match (control.sees, control.controllers) {
             (Sees::Truth, true) => ClearedBy::Controllers,

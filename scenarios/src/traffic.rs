@@ -10,14 +10,14 @@ use crate::keys::{self, words};
 use crate::movements::{self, Movement};
 use crate::places::Places;
 use crate::run::Run;
-use crate::schedule::{self, Behaving, handover};
+use crate::schedule::{self, Behaving, Days, handover};
 use crate::shapes::ShapeSet;
 use crate::types::{self, TypeRow, TypeTable};
 use crate::via::{self, NoWay};
 use crate::{TruthOf, data_file};
 use models::airport::Runway;
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
-use models::frames::{Point2, Vector2};
+use models::frames::Point2;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{ClearedBy, Obstacle};
@@ -52,7 +52,7 @@ enum Kind {
 pub(crate) fn read(
     root: &Section,
     run: &Run,
-    (airport, wind_mps): (&AirportScene, Vector2<f64>),
+    (airport, days): (&AirportScene, Days),
     shapes: ShapeSet,
     truth_of: TruthOf,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
@@ -143,7 +143,7 @@ pub(crate) fn read(
         root,
         &schedules,
         run,
-        (airport, wind_mps),
+        (airport, days),
         &types,
         (first, given.as_ref()),
         with_truth,

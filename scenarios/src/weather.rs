@@ -7,6 +7,8 @@ use crate::run::Run;
 use models::environment::{RainCell, Weather};
 use models::frames::{Azimuth, Point2};
 use models::time::SimTime;
+use models::traffic::core::Day;
+use std::sync::Arc;
 
 /// The weather from a time on.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +17,11 @@ pub struct WeatherNotice {
     pub time: SimTime,
     /// What it is.
     pub weather: Weather,
+}
+
+/// What movers feel of it, each from a time on, s.
+pub(crate) fn days(notices: &[WeatherNotice]) -> Arc<Vec<(f64, Day)>> {
+    Arc::new(notices.iter().map(|n| (n.time.s(), Day::from(&n.weather))).collect())
 }
 
 /// Reads `[weather]`; without it the weather is clear and dry.

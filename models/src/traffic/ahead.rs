@@ -8,7 +8,7 @@ mod perceive;
 pub use crate::traffic::core::{Direction, Flight, OnGround, Seen, class_of};
 pub use perceive::{Known, perceive, stand_of};
 
-use crate::traffic::core::{Core, Phase};
+use crate::traffic::core::{Core, Day, Phase};
 use crate::traffic::network::Network;
 use crate::traffic::pieces::Pieces;
 use std::sync::Arc;
@@ -119,6 +119,8 @@ pub struct Moment {
     pub step_s: f64,
     /// Seed of the draws of the flight ahead.
     pub seed: u64,
+    /// The weather, which is taken to stay.
+    pub day: Day,
     /// Where everybody is, by flight.
     pub seen: Vec<Seen>,
     /// Who should be there and is not seen, by flight.
@@ -169,7 +171,8 @@ impl Moment {
         seen: &[Seen],
     ) -> (Core, Vec<usize>) {
         let parts = (Arc::clone(&airport.network), Arc::clone(&airport.pieces));
-        Core::perceived(parts, Arc::clone(flights), (self.seed, self.step_s), self.frame, seen)
+        let known = (self.seed, self.step_s, self.day);
+        Core::perceived(parts, Arc::clone(flights), known, self.frame, seen)
     }
 
     fn flown(&self, core: &mut Core, counts: &[bool]) -> Ahead {

@@ -61,6 +61,22 @@ const LANE_MPS: f64 = 10.0;
 /// Nobody is slower than this in a turn, m/s: through a bend of 0.3 m radius, as layouts have them between nodes a metre apart.
 const LEAST_MPS: f64 = 0.6;
 
+/// The part of a way that is a landing roll.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roll {
+    /// From the begin of the way to here, m.
+    pub free_to_m: f64,
+    /// Braking in it, m/s².
+    pub dec_mps2: f64,
+    /// Nobody leaves it faster, m/s.
+    pub exit_mps: f64,
+}
+
+impl Roll {
+    /// There is none.
+    pub const NONE: Self = Self { free_to_m: 0.0, dec_mps2: 1.0, exit_mps: f64::INFINITY };
+}
+
 /// When places of a way are reached by somebody who drives alone.
 #[derive(Clone, Debug)]
 pub struct Alone {
@@ -263,16 +279,9 @@ impl Way {
         self.path.arcs().find(|(_, to_m, _)| *to_m >= end_m - 1.0).map(|arc| arc.0)
     }
 
-    /// Fills the envelope: the highest speed from which every limit ahead can be met. `free_to_m`: up to
-    /// there (a landing roll) only the braking `roll_dec_mps2` counts.
-    pub fn limit(
-        &mut self,
-        net: &Network,
-        pieces: &Pieces,
-        d: &Driving,
-        free_to_m: f64,
-        roll_dec_mps2: f64,
-    ) {
+    /// Fills the envelope: the highest speed from which every limit ahead can be met; of a landing roll only the braking counts.
+    pub fn limit(&mut self, net: &Network, pieces: &Pieces, d: &Driving, roll: &Roll) {
+        let Roll { free_to_m, dec_mps2: roll_dec_mps2, exit_mps } = *roll;
         let count = (self.stop_m.max(self.path.length_m()) / STEP_M).ceil() as usize + 2;
         let mut limits = vec![d.straight_mps; count];
         let cells = |from: f64, to: f64| {
@@ -314,6 +323,10 @@ impl Way {
             limits[cells(from - 1.0, to + 1.0)]
                 .iter_mut()
                 .for_each(|l| *l = l.min(most.max(LEAST_MPS)));
+        }
+        if free_to_m > 0.0 {
+            let at = ((free_to_m / STEP_M) as usize).min(count - 1);
+            limits[at] = limits[at].min(exit_mps);
         }
         for i in (0..count - 1).rev() {
             let rolling = (i as f64) * STEP_M < free_to_m;

@@ -9,7 +9,6 @@ use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
 use crate::types::TypeTable;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
-use models::frames::Vector2;
 use models::traffic::core::Direction;
 use models::traffic::network::code_of_span;
 
@@ -35,7 +34,7 @@ pub(super) fn generated(
     section: &Section,
     run: &Run,
     ground: &Ground<'_>,
-    (in_use, wind_mps): (&[Vec<String>; 2], Vector2<f64>),
+    in_use: &[Vec<String>; 2],
     types: &TypeTable,
     (remarks, left_out): (&mut Vec<String>, &mut Vec<String>),
 ) -> Result<Vec<Wanted>, ScenarioError> {
@@ -75,7 +74,7 @@ pub(super) fn generated(
         let mixes = std::iter::once(&mix).chain(smaller.iter().filter(|_| drawn_mix));
         let known = |(d, weight): &(String, f64)| Some((types.get(d)?, *weight));
         let mixes: Vec<Vec<_>> = mixes.map(|mix| mix.iter().filter_map(known).collect()).collect();
-        let [lands, leaves] = default_ends(ground, wind_mps, [&landing, &leaving], &mixes);
+        let [lands, leaves] = default_ends(ground, [&landing, &leaving], &mixes);
         landing = if landing.is_empty() { lands } else { landing };
         leaving = if leaving.is_empty() { leaves } else { leaving };
     }

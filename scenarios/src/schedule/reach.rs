@@ -4,6 +4,7 @@ use super::RunwayEnd;
 use super::flights::flight_of;
 use crate::types::TypeRow;
 use models::frames::{Azimuth, Vector2, wrap_pi};
+use models::traffic::core::Day;
 use models::traffic::network::{NetEdge, Network, code_of_span};
 use models::traffic::runway_roll::{INTERSECTION_SHARE, touchdown_zone};
 use models::traffic::way::Arcs;
@@ -12,6 +13,9 @@ use models::traffic::ways::SHARPEST_TURN_DEG;
 /// A network with what every search over it needs.
 pub(super) struct Ground<'a> {
     pub(super) network: &'a Network,
+    /// The weather at the begin of the run, and the worst of it: surfaces wet, the thinnest air.
+    day: Day,
+    worst: Day,
     arcs: Arcs,
     /// By node: arcs that reach it, not from stands.
     entering: Vec<Vec<usize>>,
@@ -20,7 +24,13 @@ pub(super) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn of(network: &'a Network) -> Self {
+    pub(super) fn of(network: &'a Network, days: &[(f64, Day)]) -> Self {
+        let day = days.first().map_or(Day::default(), |d| d.1);
+        let worst = days.iter().fold(day, |worst, (_, day)| Day {
+            wet: worst.wet || day.wet,
+            density_ratio: worst.density_ratio.min(day.density_ratio),
+            ..worst
+        });
         let arcs = Arcs::of(network);
         let mut entering = vec![Vec::new(); network.nodes.len()];
         for arc in (0..network.nodes.len()).flat_map(|n| arcs.leaving(n).to_vec()) {
@@ -30,7 +40,7 @@ impl<'a> Ground<'a> {
         }
         let lane = |node: Option<usize>| node.map_or(Vec::new(), |n| lane_arcs(network, &arcs, n));
         let lanes = network.stands.iter().map(|s| lane(s.node)).collect();
-        Self { network, arcs, entering, lanes }
+        Self { network, day, worst, arcs, entering, lanes }
     }
 }
 
@@ -217,14 +227,13 @@ const MOST_CROSSWIND_MPS: f64 = 12.0;
 ///
 /// Both bear as many types of the demand as any runway does (`mixes`: what it is drawn from, and what instead where nothing of it can).
 /// Landings go to the runway with most exits from which stands are reached, take-offs to the next best one that does not cross it,
-/// else to the same, at the wind (to where it blows, m/s). Nobody takes off towards those who land, on runways side by side either.
+/// else to the same, at the wind of the begin. Nobody takes off towards those who land, on runways side by side either.
 pub(super) fn default_ends(
     ground: &Ground<'_>,
-    wind_mps: Vector2<f64>,
     named: [&[String]; 2],
     mixes: &[Vec<(&TypeRow, f64)>],
 ) -> [Vec<String>; 2] {
-    let network = ground.network;
+    let (network, wind_mps) = (ground.network, ground.day.wind_mps);
     let exits = |r: usize| {
         let off = |e: &&NetEdge| e.runway.is_none() && !e.backtrack;
         let strip = network.edges.iter().filter(|e| e.strip == Some(r)).filter(off);
@@ -344,19 +353,28 @@ struct Merit {
 
 /// Runway that a type needs behind an entry or before an exit, m. Take-offs need 1.15 of their run, where no entry has that 1.05 of
 /// it and 100 m; landings the way from the farthest touchdown (900 m behind the threshold, which may be displaced, less on a short runway) with 2 s and
-/// 2.2 m/s² of braking (assumed).
+/// the braking below; at the thinnest air, the most water and the tail wind that the run knows, never with a head wind.
 pub(super) fn needs_m(row: &TypeRow, reach: &Reach<'_>, end: usize) -> f64 {
     let f = flight_of(row);
-    let v = f.landing.0;
+    let Ground { network, worst, .. } = reach.ground;
+    let tail_mps =
+        (-worst.head_mps(Azimuth::from_rad(direction_rad(network, (reach.runway, end))))).max(0.0);
     if reach.arrival {
-        let runway = &reach.ground.network.runways[reach.runway];
+        let runway = &network.runways[reach.runway];
+        let v = f.landing.0 + tail_mps;
         let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
-        return runway.displaced_m[end] + zone.within_m.1 + 2.0 * v + v * v / 4.4;
+        let braking_mps2 = if worst.wet { WET_BRAKING_MPS2 } else { DRY_BRAKING_MPS2 };
+        let stop_m = v * v / (2.0 * braking_mps2);
+        return runway.displaced_m[end] + zone.within_m.1 + 2.0 * v + stop_m;
     }
-    let run_m = f.take_off.1;
+    let run_m = f.run_m(worst.density_ratio, -tail_mps).unwrap_or(f64::INFINITY);
     let longest_m = reach.doors.iter().map(|d| d.0).fold(0.0, f64::max);
     (INTERSECTION_SHARE * run_m).min(longest_m).max(1.05 * run_m + 100.0)
 }
+
+/// Braking of a landing that a runway is long enough for, m/s² (assumed).
+const DRY_BRAKING_MPS2: f64 = 2.2;
+const WET_BRAKING_MPS2: f64 = 1.6;
 
 /// What a type lacks on the runways of a demand, m; 0: it can use them.
 pub(super) fn lacks_m(

@@ -7,7 +7,7 @@ use crate::control::situation::{Situation, Surveillance};
 use crate::frames::{Azimuth, Point2, Vector2, center};
 use crate::plot::Callsign;
 use crate::time::SimTime;
-use crate::traffic::core::{Direction, Flight, OnGround, Seen};
+use crate::traffic::core::{Day, Direction, Flight, OnGround, Seen};
 use crate::traffic::network::Network;
 
 /// What is known of an airport in a scan.
@@ -38,7 +38,8 @@ pub fn perceive(
     seed: u64,
 ) -> Moment {
     let now = SimTime::from_s(frame as f64 * step_s);
-    let mut moment = Moment { frame, step_s, seed, seen: Vec::new(), unseen: Vec::new() };
+    let (seen, unseen, day) = (Vec::new(), Vec::new(), Day::default());
+    let mut moment = Moment { frame, step_s, seed, day, seen, unseen };
     for (m, flight) in flights.iter().enumerate() {
         let strip = known.board.find(Callsign::new(&flight.callsign));
         let track = strip.and_then(|i| known.surveillance.of_strip(i as u32));

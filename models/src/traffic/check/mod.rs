@@ -24,7 +24,7 @@ mod pavement;
 mod runways;
 mod service;
 
-use super::core::Direction;
+use super::core::{Day, Direction};
 use super::network::Network;
 use super::outline::Size;
 use crate::airport::Airport;
@@ -66,6 +66,18 @@ impl TypeLimits {
             runway_mps: liftoff_mps.max(1.03 * touchdown_mps),
             runway_mps2: (1.16 * mean_mps2, 3.0),
         }
+    }
+
+    /// The same over the ground in all of a run's weather: thin air is flown through faster, wind is added from behind, and dense
+    /// air gives more thrust.
+    #[must_use]
+    pub fn in_weather(mut self, days: &[(f64, Day)]) -> Self {
+        let of = |f: &dyn Fn(&Day) -> f64| days.iter().map(|d| f(&d.1)).fold(0.0, f64::max);
+        let thin = of(&|day| 1.0 / day.density_ratio.sqrt()).max(1.0);
+        let dense = of(&|day| libm::pow(day.density_ratio, 0.7)).max(1.0);
+        self.runway_mps = self.runway_mps * thin + of(&|day| day.wind_mps.norm());
+        self.runway_mps2.0 *= dense;
+        self
     }
 }
 

@@ -14,7 +14,7 @@ use crate::traffic::path::Path;
 use crate::traffic::runway_roll::{
     Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s, touchdown_zone,
 };
-use crate::traffic::way::{Arcs, Search, Way};
+use crate::traffic::way::{Arcs, Roll, Search, Way};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -64,14 +64,21 @@ fn final_mps2(wish: f64, v: f64, a: f64, dt: f64) -> f64 {
     ((wish - v) / 1.0).clamp(-1.0, 0.5).clamp(a - dt, a + dt)
 }
 
-/// Time to the threshold of one who flies `v` m/s so far before it, in steps of `dt`, s; `None` if he does not come there.
-pub(super) fn time_to_threshold_s(out_m: f64, v: f64, touchdown_mps: f64, dt: f64) -> Option<f64> {
+/// Time to the threshold of one who comes with `v` m/s over the ground so far before it, against a head wind, in steps of
+/// `dt`, s; `None` if he does not come there.
+pub(super) fn time_to_threshold_s(
+    out_m: f64,
+    v: f64,
+    (touchdown_mps, head_mps): (f64, f64),
+    dt: f64,
+) -> Option<f64> {
     let (mut left_m, mut v, mut a, mut steps) = (out_m, v, 0.0, 0_u32);
     while left_m > 0.0 {
         if v < 1.0 || steps > 100_000 {
             return None;
         }
-        a = final_mps2(approach_airspeed_mps(left_m, touchdown_mps), v, a, dt);
+        let wish = approach_airspeed_mps(left_m, touchdown_mps) - head_mps;
+        a = final_mps2(wish, v, a, dt);
         left_m -= v * dt;
         v += a * dt;
         steps += 1;
@@ -81,7 +88,19 @@ pub(super) fn time_to_threshold_s(out_m: f64, v: f64, touchdown_mps: f64, dt: f6
 
 impl Core {
     pub(super) fn appear_on_final(&mut self, m: usize, f: &Flight) {
-        let Some(time) = approach_time_s(f.landing.0, 0.0, 10.0) else { return };
+        let head_mps = self.head_mps(m);
+        let Some(time) = approach_time_s(f.landing.0, head_mps, 10.0) else {
+            if self.movers[m].waits_since_s.is_none() {
+                self.remark(format!(
+                    "{}: {head_mps:.0} m/s of head wind on runway {} are more than it flies against",
+                    f.callsign,
+                    self.end_name(m)
+                ));
+            }
+            self.movers[m].waits_since_s.get_or_insert(self.time_s);
+            self.movers[m].next_try_s = self.time_s + RETRY_S;
+            return;
+        };
         let wanted = f.time_s.max(self.movers[m].landing_s);
         if self.time_s < wanted - time {
             return;
@@ -91,7 +110,7 @@ impl Core {
         let least = departs_s.max(self.crossing_slot_s(r));
         let too_near = self.crossing[r].iter().any(|c| {
             let (last_s, wake) = self.last_landing[*c];
-            let gap_s = arrival_gap_s(wake, f).max(least).max(self.backtrack_gap_s(*c));
+            let gap_s = arrival_gap_s(wake, f, head_mps).max(least).max(self.backtrack_gap_s(*c));
             self.time_s + time < last_s + gap_s || self.backtracks_for_s(*c) > time
         });
         if too_near || self.starves(m) {
@@ -146,7 +165,7 @@ impl Core {
                 f.callsign, self.net.stands[f.stand].name, self.net.stands[stand].name
             ));
         }
-        let entry_mps = approach_airspeed_mps(FINAL_M, f.landing.0);
+        let entry_mps = approach_airspeed_mps(FINAL_M, f.landing.0) - head_mps;
         let out_m = FINAL_M + entry_mps * delay_s;
         self.enters_final(m, pieces, self.time_s + time + delay_s, out_m);
         if self.policy == Policy::Planned {
@@ -156,6 +175,7 @@ impl Core {
 
     /// Is on final from now on, so far before its threshold, m; it keeps a stand.
     pub(super) fn enters_final(&mut self, m: usize, stand: Vec<u32>, landing_s: f64, out_m: f64) {
+        let head_mps = self.head_mps(m);
         let f = &self.flights[m];
         self.last_landing[f.runway.0] = (landing_s, f.wake);
         let mover = &mut self.movers[m];
@@ -165,7 +185,7 @@ impl Core {
         mover.waits_since_s = None;
         mover.cleared = false;
         (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
-        mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0);
+        mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0) - head_mps;
         mover.s = mover.threshold - out_m;
         mover.height_m = 15.0 + SLOPE * out_m;
         mover.climb_mps = -SLOPE * mover.v;
@@ -286,11 +306,11 @@ impl Core {
         let touchdown_m =
             (zone.mean_m + zone.sigma_m * normal_pair(&mut rng).0).clamp(least_m, most_m);
         let landing = Landing {
-            touchdown_mps: f.landing.0,
+            touchdown_mps: f.landing.0 - self.head_mps(m),
             touchdown_m,
             delay_s: 2.0,
             nominal_mps2: f.landing.1,
-            greatest_mps2: 2.5,
+            greatest_mps2: self.day.exit_braking_mps2(),
         };
         let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
         let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
@@ -318,6 +338,7 @@ impl Core {
                 } else {
                     7.7
                 };
+                let speed_mps = speed_mps * self.day.exit_share();
                 exits.push((Exit { place_m: place - threshold, speed_mps }, *arc));
             }
         }
@@ -408,7 +429,10 @@ impl Core {
             let mut braking =
                 (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(MOST_BRAKING_MPS2);
             let driving = self.movers[m].driving;
-            way.limit(&net, &self.pieces, &driving, free_to, braking);
+            // Wet, it comes to its exit as slowly as it chose it for.
+            let exit_mps = if self.day.wet { exit.speed_mps } else { f64::INFINITY };
+            let roll = |dec_mps2| Roll { free_to_m: free_to, dec_mps2, exit_mps };
+            way.limit(&net, &self.pieces, &driving, &roll(braking));
             // What lies behind the exit may want it slower, its arc begins before it, and brakes build up.
             let speed_mps = way.most_mps(free_to);
             let to = Exit { place_m: free_to - threshold, speed_mps };
@@ -419,7 +443,7 @@ impl Core {
             };
             if needed > braking {
                 braking = needed;
-                way.limit(&net, &self.pieces, &driving, free_to, braking);
+                way.limit(&net, &self.pieces, &driving, &roll(braking));
             }
             let vacated = way.ends_m[exit_end];
             if let Some(failure) = turned {
@@ -444,7 +468,7 @@ impl Core {
 
     pub(super) fn on_final(&mut self, m: usize) {
         let f = self.flights[m].clone();
-        let dt = self.step_s;
+        let (dt, head_mps) = (self.step_s, self.head_mps(m));
         let mover = &mut self.movers[m];
         let distance = (mover.threshold - mover.s).max(0.0);
         let over = (mover.s - mover.threshold) / (mover.touchdown - mover.threshold).max(1.0);
@@ -453,7 +477,7 @@ impl Core {
         } else {
             approach_airspeed_mps(distance, f.landing.0)
         };
-        let a = final_mps2(wish, mover.v, mover.a, dt);
+        let a = final_mps2(wish - head_mps, mover.v, mover.a, dt);
         let joined = mover.join.as_ref().is_some_and(|join| join.ends_s() <= self.time_s);
         if joined {
             mover.join = None;
@@ -662,6 +686,7 @@ impl Core {
         if mover.s >= exit_from {
             self.movers[m].phase = Phase::Taxiing;
             self.movers[m].taxi_from_s = now;
+            self.drives_by_day(m);
             self.clear(m, "TAX", String::new());
             // Where there is no room between the strip of another runway and that of its own, its landing takes it off both.
             for r in std::mem::take(&mut self.movers[m].way.lands_over) {

@@ -9,12 +9,11 @@ pub(super) use to_runway::Goal;
 
 use super::failures::FailureKind;
 use super::plan::Start;
-use super::runway::take_off_of;
 use super::tow::TOWED_OFF_S;
 use super::{Core, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::traffic::runway_roll::take_off_run;
-use crate::traffic::way::{Arcs, Driving, Way};
+use crate::traffic::way::{Arcs, Driving, Roll, Way};
 use std::sync::Arc;
 
 /// Arcs of a pushback up to the bend, arcs behind it, arcs of the way after it.
@@ -252,7 +251,7 @@ impl Core {
     }
 
     /// Where and when the taxi way begins for the plan.
-    fn start_of_push(&self, m: usize) -> Start {
+    pub(super) fn start_of_push(&self, m: usize) -> Start {
         let mover = &self.movers[m];
         let push_s = (mover.push.stop_m - mover.s.max(0.0)).max(0.0) / 1.4 + 8.0;
         let (_, place_m, _) = self.after_push(m, mover.push.stop_m);
@@ -416,7 +415,7 @@ impl Core {
             jerk_mps3: 0.3,
             lateral_mps2: 0.5,
         };
-        push.limit(&net, &self.pieces, &at_push, 0.0, 1.0);
+        push.limit(&net, &self.pieces, &at_push, &Roll::NONE);
         // The nose stands `wheelbase` before the gear's place, seen from the far end of the chain.
         let pushed = push.stop_m - corner;
         let start = (skipped - pushed) + f.wheelbase_m;
@@ -444,15 +443,17 @@ impl Core {
             return;
         }
         let f = self.flights[m].clone();
-        let day = take_off_of(&f);
+        let day = self.take_off(m);
         let (a0, b) = take_off_run(&day).map_or((2.0, 0.0), |r| (r.a_mps2, r.b_per_m));
+        let (lift_off_mps, head_mps) = (self.lift_off_mps(m), day.headwind_mps);
         let dt = self.step_s;
         let mover = &mut self.movers[m];
         // It lifts off in the step in which it reaches the speed for that.
-        let airborne = mover.height_m > 0.0 || mover.v + mover.a.max(0.0) * dt >= f.take_off.0;
+        let airborne = mover.height_m > 0.0 || mover.v + mover.a.max(0.0) * dt >= lift_off_mps;
         let wish = if !airborne {
-            (a0 - b * mover.v * mover.v).max(0.3)
-        } else if mover.v < f.take_off.0 + 5.0 {
+            let airspeed_mps = mover.v + head_mps;
+            (a0 - b * airspeed_mps * airspeed_mps).max(0.3)
+        } else if mover.v < lift_off_mps + 5.0 {
             0.5
         } else {
             0.0

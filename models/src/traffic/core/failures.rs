@@ -518,8 +518,9 @@ impl Core {
         });
         // Its front is over the edge of the strip `lead_s` before the landing.
         let distance_nm = (mover.threshold - mover.s) / NAUTICAL_MILE_M;
-        let to_threshold_s = approach_time_s(self.flights[m].landing.0, 0.0, distance_nm)
-            .unwrap_or((mover.threshold - mover.s) / mover.v.max(1.0));
+        let to_threshold_s =
+            approach_time_s(self.flights[m].landing.0, self.head_mps(m), distance_nm)
+                .unwrap_or((mover.threshold - mover.s) / mover.v.max(1.0));
         if to_threshold_s <= lead_s + car.time_to_s(Car::way_to_m(hold_m)) && !rolls {
             car.start_s = now;
             self.failing[f].car = Some(car);

@@ -2,6 +2,7 @@
 
 use crate::flight_list::WakeCategory;
 use crate::traffic::outline::Size;
+use crate::traffic::runway_roll::{TakeOff, take_off_run};
 
 /// Which piece may be taken when it is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,6 +63,29 @@ pub struct Flight {
 }
 
 impl Flight {
+    /// Its take-off run in air of a density over that of the standard one, against a head wind.
+    #[must_use]
+    pub fn take_off_on(&self, density_ratio: f64, headwind_mps: f64) -> TakeOff {
+        TakeOff {
+            liftoff_mps: self.take_off.0,
+            distance_m: self.take_off.1,
+            density_ratio,
+            headwind_mps,
+            end_ratio: 0.75,
+            thrust_exponent: 0.7,
+            rolling_friction: 0.02,
+        }
+    }
+
+    /// Length of that run, m: in calm standard air the figure of its type; `None` where it cannot lift off.
+    #[must_use]
+    pub fn run_m(&self, density_ratio: f64, headwind_mps: f64) -> Option<f64> {
+        if density_ratio == 1.0 && headwind_mps == 0.0 {
+            return Some(self.take_off.1);
+        }
+        take_off_run(&self.take_off_on(density_ratio, headwind_mps)).map(|run| run.distance_m)
+    }
+
     /// What tells sizes apart.
     pub(super) fn key_of_size(&self) -> (u64, u64) {
         (self.size.length_m.to_bits(), self.size.span_m.to_bits())

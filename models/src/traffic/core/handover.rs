@@ -225,8 +225,9 @@ impl Core {
             .ok_or("nobody as large moves in this scene")?;
         let stand = self.stand_for(&given, runway)?;
         let off = self.off_final(&given, runway);
+        let air = (given.flight.landing.0, self.head_on_mps(runway));
         let landing_s = from_s
-            + time_to_threshold_s(off.out_m, off.along_mps, given.flight.landing.0, self.step_s)
+            + time_to_threshold_s(off.out_m, off.along_mps, air, self.step_s)
                 .ok_or("it is too slow to land")?;
         self.has_room(m, &given.flight, runway, landing_s)?;
 
@@ -387,9 +388,10 @@ impl Core {
             ));
         }
         let touchdown_mps = given.flight.landing.0;
-        let last_mps = approach_airspeed_mps(0.0, touchdown_mps);
-        let (least, most) =
-            (SLOW * last_mps, approach_airspeed_mps(FINAL_M, touchdown_mps) + FAST_MPS);
+        let head_mps = self.head_on_mps((r, end));
+        let last_mps = approach_airspeed_mps(0.0, touchdown_mps) - head_mps;
+        let first_mps = approach_airspeed_mps(FINAL_M, touchdown_mps) - head_mps;
+        let (least, most) = (SLOW * last_mps, first_mps + FAST_MPS);
         let v = off.along_mps;
         let left_m = off.out_m - JOINED_M;
         let slows_m = 0.5 * (v * v - last_mps * last_mps).max(0.0) / SLOWS_MPS2 + v;
@@ -459,7 +461,7 @@ impl Core {
         &self,
         m: usize,
         flight: &Flight,
-        (r, _): (usize, usize),
+        (r, end): (usize, usize),
         landing_s: f64,
     ) -> Result<(), String> {
         for o in (0..self.movers.len()).filter(|o| *o != m) {
@@ -470,8 +472,8 @@ impl Core {
             }
             let apart_s = (landing_s - other.landing_s).abs();
             let needed_s = match other.landing_s <= landing_s {
-                true => arrival_gap_s(f.wake, flight),
-                false => arrival_gap_s(flight.wake, f),
+                true => arrival_gap_s(f.wake, flight, self.head_on_mps((r, end))),
+                false => arrival_gap_s(flight.wake, f, self.head_mps(o)),
             };
             let needed_s = needed_s.max(self.backtrack_gap_s(r));
             if apart_s < needed_s {
@@ -493,8 +495,8 @@ impl Core {
         let m = self.of_name(callsign).ok_or("there is no such flight")?;
         let (f, mover) = (&self.flights[m], &self.movers[m]);
         let least_mps = match mover.phase {
-            Phase::Rolling => f.take_off.0,
-            Phase::GoAround => f.landing.0,
+            Phase::Rolling => self.lift_off_mps(m),
+            Phase::GoAround => f.landing.0 - self.head_mps(m),
             _ => return Err("it is not one that climbs away".into()),
         };
         if mover.height_m < RELEASED_ABOVE_M {

@@ -9,6 +9,7 @@ mod asked;
 mod car;
 mod closed;
 mod controllers;
+mod day;
 mod departure;
 mod drive;
 mod equipment;
@@ -30,6 +31,7 @@ mod told;
 mod tow;
 mod vehicle;
 
+pub use day::Day;
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
 pub use flight::{Clearance, Direction, Flight, Measures, Phase, Policy, Remark, Waiting};
@@ -63,7 +65,9 @@ struct Mover {
     flight: usize,
     class: Class,
     phase: Phase,
+    /// How it drives now, and when it is dry and clear.
     driving: Driving,
+    dry: Driving,
     push: Way,
     way: Way,
     stand: usize,
@@ -184,6 +188,10 @@ pub struct Core {
     /// By runway: who rolls, lands or is lined up; who lines up behind him.
     owner: Vec<Option<usize>>,
     behind: Vec<Option<usize>>,
+    /// The weather of the run, each from a time on, s; what of it is next; that of now.
+    days: Arc<Vec<(f64, Day)>>,
+    next_day: usize,
+    day: Day,
     time_s: f64,
     frame: i64,
     cleared_by: ClearedBy,
@@ -214,7 +222,7 @@ pub struct Core {
 }
 
 impl Core {
-    /// The core at time 0. `step_s`: length of a frame.
+    /// The core at time 0, on a dry, clear and calm day. `step_s`: length of a frame.
     #[must_use]
     pub fn new(
         net: Arc<Network>,
@@ -224,7 +232,21 @@ impl Core {
         seed: u64,
         step_s: f64,
     ) -> Self {
+        Self::in_weather((net, pieces), flights, policy, (seed, step_s), Arc::default())
+    }
+
+    /// The same in a weather: from when each holds, s, in this order.
+    #[must_use]
+    pub fn in_weather(
+        (net, pieces): (Arc<Network>, Arc<Pieces>),
+        flights: Arc<Vec<Flight>>,
+        policy: Policy,
+        (seed, step_s): (u64, f64),
+        days: Arc<Vec<(f64, Day)>>,
+    ) -> Self {
         let mut core = Self::empty(net, pieces, flights, policy, seed, step_s);
+        core.days = days;
+        core.look_at_weather();
         core.parts = Arc::new(core.parts_beside_strips());
         core.appear();
         core
@@ -274,6 +296,9 @@ impl Core {
             mixed,
             owner: vec![None; count],
             behind: vec![None; count],
+            days: Arc::default(),
+            next_day: 0,
+            day: Day::default(),
             time_s: 0.0,
             frame: 0,
             cleared_by: ClearedBy::Plan,
@@ -310,6 +335,7 @@ impl Core {
     pub fn step(&mut self, frame: i64) {
         self.time_s = frame as f64 * self.step_s;
         self.frame = frame;
+        self.look_at_weather();
         self.apply_notices();
         self.apply_asks();
         self.move_hands();
@@ -574,6 +600,7 @@ impl Mover {
             class: class_of(f.size),
             phase: Phase::Absent,
             driving,
+            dry: driving,
             push: Way::default(),
             way: Way::default(),
             stand: f.stand,

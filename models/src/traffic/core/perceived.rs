@@ -8,12 +8,12 @@
 use super::arrival::Tried;
 use super::plan::Start;
 use super::runway::TookOff;
-use super::{Core, Direction, Flight, Phase, Policy, TAIL_M};
+use super::{Core, Day, Direction, Flight, Phase, Policy, TAIL_M};
 use crate::frames::{Azimuth, Point2, center, wrap_pi};
 use crate::traffic::network::Network;
 use crate::traffic::pieces::Pieces;
 use crate::traffic::runway_roll::approach_airspeed_mps;
-use crate::traffic::way::{Arcs, Way};
+use crate::traffic::way::{Arcs, Roll, Way};
 use std::sync::Arc;
 
 /// Somebody on the ground, airport frame.
@@ -72,10 +72,11 @@ const ROLL_OUT_MPS2: f64 = 1.5;
 const FINAL_STEP_M: f64 = 50.0;
 
 /// Time from a distance to the threshold, s.
-fn final_s(distance_m: f64, touchdown_mps: f64) -> f64 {
+fn final_s(distance_m: f64, touchdown_mps: f64, head_mps: f64) -> f64 {
     let steps = (distance_m / FINAL_STEP_M).ceil().clamp(1.0, 2000.0);
     let step_m = distance_m / steps;
-    let pass = |k: usize| step_m / approach_airspeed_mps((k as f64 + 0.5) * step_m, touchdown_mps);
+    let airspeed_mps = |k: usize| approach_airspeed_mps((k as f64 + 0.5) * step_m, touchdown_mps);
+    let pass = |k: usize| step_m / (airspeed_mps(k) - head_mps).max(1.0);
     (0..steps as usize).map(pass).sum()
 }
 
@@ -86,13 +87,15 @@ impl Core {
     pub fn perceived(
         (net, pieces): (Arc<Network>, Arc<Pieces>),
         flights: Arc<Vec<Flight>>,
-        (seed, step_s): (u64, f64),
+        (seed, step_s, day): (u64, f64, Day),
         frame: i64,
         seen: &[Seen],
     ) -> (Self, Vec<usize>) {
         let mut core = Self::empty(net, pieces, flights, Policy::Planned, seed, step_s);
         core.frame = frame;
         core.time_s = frame as f64 * step_s;
+        core.day = day;
+        (0..core.movers.len()).for_each(|m| core.drives_by_day(m));
         let mut left_out = Vec::new();
         let (mut under_way, mut on_final) = (Vec::new(), Vec::new());
         let count = core.flights.len();
@@ -121,8 +124,8 @@ impl Core {
                 Seen::OnFinal { distance_m, stand } => {
                     // Its landing is a time of its runway, before anybody plans to cross.
                     core.movers[m].phase = Phase::Final;
-                    core.movers[m].landing_s =
-                        core.time_s + final_s(*distance_m, core.flights[m].landing.0);
+                    core.movers[m].landing_s = core.time_s
+                        + final_s(*distance_m, core.flights[m].landing.0, core.head_mps(m));
                     on_final.push((*distance_m, m, *stand));
                     true
                 }
@@ -417,7 +420,7 @@ impl Core {
         let firsts: Vec<usize> = way.crossings.iter().map(|c| c.0).collect();
         way.clear_strips(&self.pieces, &firsts, usize::MAX, self.body_m(m));
         let driving = self.movers[m].driving;
-        way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        way.limit(&net, &self.pieces, &driving, &Roll::NONE);
         let mover = &mut self.movers[m];
         mover.measures.unhindered_s = way.unhindered_s(0.0, way.stop_m, &driving);
         mover.way = way;
@@ -434,7 +437,7 @@ impl Core {
             }
         }
         choices.sort_by_key(|c| c.0 != stand);
-        let mps = approach_airspeed_mps(distance_m, self.flights[m].landing.0);
+        let mps = approach_airspeed_mps(distance_m, self.flights[m].landing.0) - self.head_mps(m);
         // Whose landing fits into no order of the runway lands a little later.
         for later_s in [0.0, 15.0, 30.0, 60.0] {
             let landing_s = self.movers[m].landing_s + later_s;

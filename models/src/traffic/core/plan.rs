@@ -96,7 +96,9 @@ impl Core {
             Start::Stand { place_m, first, pushed, push_s } => {
                 (place_m, 0.3, push_s, first, pushed)
             }
-            Start::Final => (mover.threshold, self.flights[m].landing.0, 0.0, 0, 0),
+            Start::Final => {
+                (mover.threshold, self.flights[m].landing.0 - self.head_mps(m), 0.0, 0, 0)
+            }
             Start::UnderWay => (0.0, 0.3, 0.0, 0, 0),
         };
         let alone = way.alone(from_m, v_mps, &mover.driving);
@@ -164,6 +166,17 @@ impl Core {
             runways,
             fixed,
         }
+    }
+
+    /// Brings the times that steps take alone up to date, for those that are still open.
+    pub(super) fn passes_anew(&mut self, m: usize) {
+        let pushed = self.movers[m].timing.pushed > 0;
+        let start = if pushed { self.start_of_push(m) } else { Start::UnderWay };
+        let fresh = self.timing(m, start);
+        let open = self.open_steps(m);
+        let timing = &mut self.movers[m].timing;
+        timing.pass_s[open.clone()].copy_from_slice(&fresh.pass_s[open.clone()]);
+        timing.release[open.clone()].clone_from_slice(&fresh.release[open]);
     }
 
     /// Whether the planned order says who goes first over two pieces that conflict: not where one is on the centreline of a

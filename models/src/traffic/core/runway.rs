@@ -70,7 +70,7 @@ impl Core {
                 other.way.alone_to(other.s, other.v, &other.driving, to_m).time_s(to_m)
             }
             Phase::Rolling => {
-                self.run_s(o) * (1.0 - other.v / self.flights[o].take_off.0).max(0.0) + UP_S
+                self.run_s(o) * (1.0 - other.v / self.lift_off_mps(o)).max(0.0) + UP_S
             }
             _ => 0.0,
         }
@@ -335,8 +335,25 @@ impl Core {
 
     /// From the begin of a take-off run to the lift-off, s.
     pub(super) fn run_s(&self, m: usize) -> f64 {
-        let run = take_off_run(&take_off_of(&self.flights[m]));
-        SPOOL_S + run.map_or(40.0, |r| r.time_s)
+        SPOOL_S + take_off_run(&self.take_off(m)).map_or(40.0, |r| r.time_s)
+    }
+
+    /// The take-off run of a flight on this day, m; without wind at sea level where it could not lift off.
+    pub(super) fn run_m(&self, m: usize) -> f64 {
+        let (f, head_mps) = (&self.flights[m], self.head_mps(m));
+        f.run_m(self.day.density_ratio, head_mps).unwrap_or(f.take_off.1)
+    }
+
+    /// Over the ground at lift-off, m/s.
+    pub(super) fn lift_off_mps(&self, m: usize) -> f64 {
+        let day = self.take_off(m);
+        let airspeed_mps = day.liftoff_mps / day.density_ratio.sqrt();
+        (airspeed_mps - day.headwind_mps).max(1.0)
+    }
+
+    /// The take-off of a flight on this day.
+    pub(super) fn take_off(&self, m: usize) -> TakeOff {
+        self.flights[m].take_off_on(self.day.density_ratio, self.head_mps(m))
     }
 
     pub(super) fn may_roll(&self, m: usize) -> bool {
@@ -407,19 +424,6 @@ pub(super) struct TookOff {
     pub wake: WakeCategory,
 }
 
-/// The take-off run of a flight on a day without wind at sea level.
-pub(super) fn take_off_of(f: &Flight) -> TakeOff {
-    TakeOff {
-        liftoff_mps: f.take_off.0,
-        distance_m: f.take_off.1,
-        density_ratio: 1.0,
-        headwind_mps: 0.0,
-        end_ratio: 0.75,
-        thrust_exponent: 0.7,
-        rolling_friction: 0.02,
-    }
-}
-
 /// Time between departures on one runway, s (ICAO wake categories, at least 60 s).
 #[must_use]
 pub fn departure_gap_s(first: WakeCategory, then: WakeCategory) -> f64 {
@@ -434,10 +438,10 @@ pub fn departure_gap_s(first: WakeCategory, then: WakeCategory) -> f64 {
 
 /// Time between arrivals on one runway, s: 3.8 NM at 70 m/s, light ones 6 NM (assumed), and at the follower's speed the
 /// distance that its wake category wants behind the one before, with 0.3 NM of room.
-pub(super) fn arrival_gap_s(first: WakeCategory, then: &Flight) -> f64 {
+pub(super) fn arrival_gap_s(first: WakeCategory, then: &Flight, head_mps: f64) -> f64 {
     let usual_s = if then.wake == WakeCategory::Light { 170.0 } else { 130.0 };
     let apart_nm = landing_gap_nm(first, then.wake) + 0.3;
-    let wake_s = approach_time_s(then.landing.0, 0.0, apart_nm.max(4.0)).unwrap_or(usual_s);
+    let wake_s = approach_time_s(then.landing.0, head_mps, apart_nm.max(4.0)).unwrap_or(usual_s);
     wake_s.max(usual_s)
 }
 
@@ -480,12 +484,12 @@ mod tests {
         };
         use WakeCategory::{Light, Medium, Super};
         for touchdown in [62.0, 70.0, 78.0] {
-            let gap_s = arrival_gap_s(Super, &follower(Medium, touchdown));
+            let gap_s = arrival_gap_s(Super, &follower(Medium, touchdown), 0.0);
             // Flown at the slowest speed of the approach it is at least the distance.
             assert!(gap_s * 82.5 > 7.0 * NAUTICAL_MILE_M, "{touchdown}: {gap_s}");
             assert!(gap_s < 7.0 * NAUTICAL_MILE_M / touchdown + 15.0, "{touchdown}: {gap_s}");
-            assert_eq!(arrival_gap_s(Medium, &follower(Medium, touchdown)), 130.0);
+            assert_eq!(arrival_gap_s(Medium, &follower(Medium, touchdown), 0.0), 130.0);
         }
-        assert!(arrival_gap_s(Super, &follower(Light, 50.0)) > 230.0);
+        assert!(arrival_gap_s(Super, &follower(Light, 50.0), 0.0) > 230.0);
     }
 }

@@ -82,7 +82,7 @@ impl Core {
     }
 
     fn may_reject(&self, m: usize) -> bool {
-        let (mover, lift_off_mps) = (&self.movers[m], self.flights[m].take_off.0);
+        let (mover, lift_off_mps) = (&self.movers[m], self.lift_off_mps(m));
         mover.phase == Phase::Rolling && mover.v < REJECTS_BELOW * lift_off_mps
     }
 
@@ -337,7 +337,7 @@ impl Core {
                 return false;
             }
             let Some(free_m) = self.sees_free_m(m) else { return false };
-            let (v, lift_off_mps) = (self.movers[m].v, self.flights[m].take_off.0);
+            let (v, lift_off_mps) = (self.movers[m].v, self.lift_off_mps(m));
             // Beyond that speed only if it comes to a stand before it.
             if v >= REJECTS_BELOW * lift_off_mps && v * v / (2.0 * HARDEST_MPS2) > free_m {
                 return false;
@@ -368,7 +368,7 @@ impl Core {
         let Some(state) = self.state(m) else { return };
         let place_m = runway.place_m(state.position_m.xy()).0;
         let left_m = if end == 0 { runway.length_m - place_m } else { place_m };
-        if left_m > self.flights[m].take_off.1 + 100.0 {
+        if left_m > self.run_m(m) + 100.0 {
             return;
         }
         // Too little runway is left, and no way leads back: it is towed to a stand.

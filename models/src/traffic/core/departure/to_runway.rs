@@ -4,7 +4,7 @@ use crate::frames::{Azimuth, wrap_pi};
 use crate::traffic::core::{Core, Policy};
 use crate::traffic::network::NetEdge;
 use crate::traffic::runway_roll::INTERSECTION_SHARE;
-use crate::traffic::way::{Arcs, GAP_M, Way};
+use crate::traffic::way::{Arcs, GAP_M, Roll, Way};
 use std::sync::Arc;
 
 /// Where a departure may enter its runway.
@@ -62,9 +62,10 @@ impl Core {
         let nodes = runway.spine.iter().map(|(_, n)| *n);
         let towards = nodes.flat_map(|n| self.arcs.away_from(&self.net, n)).map(|a| a ^ 1);
         let longest = towards.filter_map(|arc| self.run_ahead_m(&entries, arc)).fold(0.0, f64::max);
-        let needed = (1.15 * f.take_off.1 + 100.0).min(longest);
+        let run_m = self.run_m(m);
+        let needed = (1.15 * run_m + 100.0).min(longest);
         let least_m = [needed.max((runway.length_m - 300.0).min(longest)), needed];
-        let scant_m = (INTERSECTION_SHARE * f.take_off.1).min(longest);
+        let scant_m = (INTERSECTION_SHARE * run_m).min(longest);
         Entries { least_m, scant_m, ..entries }
     }
 
@@ -170,7 +171,7 @@ impl Core {
         let crossings: Vec<usize> = way.crossings.iter().map(|c| c.0).collect();
         way.clear_strips(&self.pieces, &crossings, first_strip, self.body_m(m));
         let driving = self.movers[m].driving;
-        way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        way.limit(&net, &self.pieces, &driving, &Roll::NONE);
         let mover = &mut self.movers[m];
         mover.cleared_from_m = Some(0.0);
         mover.way = way;

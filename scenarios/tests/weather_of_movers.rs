@@ -1,0 +1,196 @@
+//! The weather reaches movers: water, fog, wind and thin air change how they drive, land and take off, and nothing is broken by it.
+
+use models::frames::{Azimuth, Point3};
+use models::traffic::core::{Core, Direction, Phase};
+use scenarios::Scene;
+use scenarios::hours::{Held, Hour, hour};
+use std::path::Path;
+
+/// Airports that nothing here was tuned on, beside the synthetic one.
+const AIRPORTS: [&str; 4] = ["XSYN", "LZIB", "LSZH", "LIMC"];
+
+fn scene(airport: &str, weather: &str, seed: u64) -> Scene {
+    let base = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let is = |ext: &str| base.join(format!("airports/{airport}.{ext}")).exists();
+    let ext = if is("apt.dat") { "apt.dat" } else { "nodes.csv" };
+    let net = format!("ground_network = \"airports/{airport}.groundnet.xml\"");
+    let net = if is("groundnet.xml") { net } else { String::new() };
+    let text = format!(
+        "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 2400\n[airport]\nlayout = \"airports/{airport}.{ext}\"\n{net}\n\
+         [weather]\ntimeline = [{weather}]\n\
+         [[traffic]]\nkind = \"generated\"\narrivals_per_h = 10\ndepartures_per_h = 10\n"
+    );
+    scenarios::load_text(&base.join("weather.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// One flight at a frame.
+struct Sample {
+    flight: usize,
+    time_s: f64,
+    phase: Phase,
+    position_m: Point3<f64>,
+    speed_mps: f64,
+}
+
+/// Every flight five times a second, and what the checker says of every frame.
+fn watched(scene: &Scene, seed: u64) -> (Vec<Sample>, Held) {
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let count = behaving.flights.len();
+    let mut samples = Vec::new();
+    let step = &mut |core: &mut Core, frame: i64| {
+        core.step(frame);
+        if frame % 4 != 0 {
+            return;
+        }
+        for flight in 0..count {
+            let Some(state) = core.state(flight) else { continue };
+            samples.push(Sample {
+                flight,
+                time_s: frame as f64 * 0.05,
+                phase: core.phase(flight),
+                position_m: state.position_m,
+                speed_mps: state.velocity_mps.xy().norm(),
+            });
+        }
+    };
+    let looks = Hour { seed, every: 1, drain_s: 2700.0, stopping: 0.1 };
+    let held = hour(behaving, &scene.run, &scene.airport.layout, &looks, step).expect("truth");
+    (samples, held)
+}
+
+/// Nothing is broken, everybody is served.
+fn kept(name: &str, held: &Held) {
+    assert_eq!(held.broken(), Vec::<String>::new(), "{name}");
+    assert!(held.core.all_served(), "{name}: {} served", held.core.measures_of_served());
+    assert_eq!(held.core.unexpected_deadlocks(), 0, "{name}");
+}
+
+/// Speed over the ground at a change of a flight's phase to or from the runway.
+fn at(samples: &[Sample], flight: usize, which: impl Fn(&Sample) -> bool) -> Option<&Sample> {
+    samples.iter().find(|s| s.flight == flight && which(s))
+}
+
+#[test]
+fn fog_slows_all_who_taxi_and_nothing_is_broken() {
+    for (airport, seed) in AIRPORTS.into_iter().zip(3..) {
+        let fog_s = 900.0;
+        let fog = format!("{{ at_s = {fog_s}, visibility_m = 250 }}");
+        let scene = scene(airport, &fog, seed);
+        let (samples, held) = watched(&scene, seed);
+        kept(airport, &held);
+        let taxiing = samples.iter().filter(|s| s.phase == Phase::Taxiing);
+        // Who leaves a runway fast by a rapid exit, or taxies at 30 kt, has slowed down within half a minute at 0.5 m/s2 of braking.
+        let (mut before_mps, mut after_mps) = (0.0_f64, 0.0_f64);
+        let runways = &scene.traffic.behaving.as_ref().expect("behaves").network.runways;
+        for s in taxiing {
+            let on_runway = runways.iter().any(|r| {
+                let (along_m, off_m) = r.place_m(s.position_m.xy());
+                (-100.0..=r.length_m + 100.0).contains(&along_m) && off_m.abs() < 150.0
+            });
+            match on_runway {
+                true => {}
+                false if s.time_s < fog_s => before_mps = before_mps.max(s.speed_mps),
+                false if s.time_s > fog_s + 30.0 => after_mps = after_mps.max(s.speed_mps),
+                false => {}
+            }
+        }
+        assert!(before_mps > 11.0, "{airport}: {before_mps} m/s in clear air");
+        // The middle of a body that swings is a little faster than the point that is guided.
+        assert!(after_mps < 8.3, "{airport}: {after_mps} m/s in fog");
+    }
+}
+
+#[test]
+fn wet_surfaces_lengthen_landings_and_take_exits_slowly() {
+    for (airport, seed) in AIRPORTS.into_iter().zip(3..) {
+        let [dry, wet] = ["", "{ at_s = 0, film_mm = 1.0 }"].map(|w| scene(airport, w, seed));
+        let runs = [&dry, &wet].map(|s| watched(s, seed));
+        let mut turning_mps = [0.0_f64; 2];
+        for ((samples, held), fastest) in runs.iter().zip(&mut turning_mps) {
+            kept(airport, held);
+            let flights = held.core.flights();
+            for f in (0..flights.len()).filter(|f| flights[*f].direction == Direction::Arrival) {
+                let off = at(samples, f, |s| s.phase == Phase::Taxiing);
+                *fastest = fastest.max(off.map_or(0.0, |s| s.speed_mps));
+            }
+        }
+        // Half of 50 kt, and what the middle swings.
+        assert!(turning_mps[1] < 13.3, "{airport}: turns off at {} m/s", turning_mps[1]);
+        assert!(turning_mps[1] <= turning_mps[0] + 0.5, "{airport}: {turning_mps:?}");
+    }
+}
+
+#[test]
+fn wind_and_thin_air_change_speeds_over_the_ground_as_the_closed_forms_say() {
+    for (airport, seed) in AIRPORTS.into_iter().zip(3..) {
+        // 9 m/s from 300 degrees, 30 °C at 900 hPa: 84 % of the air.
+        let day = "{ at_s = 0, wind_mps = 9, wind_from_deg = 300, temperature_c = 30, pressure_hpa = 900 }";
+        let scene = scene(airport, day, seed);
+        let (samples, held) = watched(&scene, seed);
+        kept(airport, &held);
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let ratio = 900.0 / 1013.25 * 288.15 / 303.15;
+        let from = Azimuth::from_rad(300_f64.to_radians());
+        let (mut landed, mut left) = (0, 0);
+        for (f, flight) in held.core.flights().iter().enumerate() {
+            let (r, end) = flight.runway;
+            let runway = &behaving.network.runways[r];
+            let along = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]);
+            let head_mps = 9.0 * from.unit().dot(&along.unit());
+            assert!(
+                head_mps > -2.5,
+                "{airport}: {} with {head_mps} m/s of head wind",
+                flight.callsign
+            );
+            if flight.direction == Direction::Arrival {
+                let Some(down) = at(&samples, f, |s| s.phase == Phase::Landing) else { continue };
+                let expected = flight.landing.0 - head_mps;
+                assert!(
+                    (down.speed_mps - expected).abs() < 1.0,
+                    "{airport}: {} touches down at {} m/s, {expected} expected",
+                    flight.callsign,
+                    down.speed_mps
+                );
+                landed += 1;
+                continue;
+            }
+            let rolls = at(&samples, f, |s| s.phase == Phase::Rolling);
+            let off = at(&samples, f, |s| s.phase == Phase::Rolling && s.position_m.z > 0.0);
+            let Some((rolls, off)) = rolls.zip(off) else { continue };
+            let run =
+                models::traffic::runway_roll::take_off_run(&flight.take_off_on(ratio, head_mps));
+            let run = run.expect("can lift off");
+            let name = &flight.callsign;
+            assert!(
+                (off.speed_mps - run.liftoff_ground_mps).abs() < 1.0,
+                "{airport}: {name} lifts off at {} m/s, {run:?}",
+                off.speed_mps
+            );
+            let rolled_m = (off.position_m - rolls.position_m).xy().norm();
+            // Thrust builds up over 5 s: time, and a little way.
+            let longer_m = rolled_m - run.distance_m;
+            assert!(
+                (-15.0..60.0).contains(&longer_m),
+                "{airport}: {name} rolls {rolled_m} m, {run:?}"
+            );
+            assert!(
+                run.distance_m > 1.05 * flight.take_off.1 || head_mps > 4.0,
+                "{airport}: {name} {run:?}"
+            );
+            left += 1;
+        }
+        assert!(landed >= 2 && left >= 3, "{airport}: {landed} landings, {left} take-offs");
+    }
+}
+
+/// A day that nobody has seen before comes in the middle of everything: who drives, who is about to land, who rolls.
+#[test]
+fn weather_that_turns_at_once_breaks_nothing() {
+    for (airport, seed) in AIRPORTS.into_iter().zip(7..) {
+        let turning = "{ at_s = 700, film_mm = 2.0, visibility_m = 300 }, { at_s = 1100, film_mm = 0.0, visibility_m = 20000, \
+                       wind_mps = 12, wind_from_deg = 200 }, { at_s = 1500, film_mm = 1.0, wind_mps = 3, wind_from_deg = 30 }";
+        let scene = scene(airport, turning, seed);
+        let (_, held) = watched(&scene, seed);
+        kept(airport, &held);
+    }
+}
