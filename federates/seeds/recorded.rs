@@ -15,6 +15,7 @@ use geodesy::{Ecef, LocalFrame};
 use models::frames::Point3;
 use pdu::Body;
 use pdu::exercise::{Arrival, Exercise, Limits};
+use std::collections::BTreeMap;
 use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -109,6 +110,8 @@ fn with_smdfm(recording: &Path, scene: &str, file: &Path) -> anyhow::Result<()> 
 const MOST_SCANS: u64 = 100_000;
 const SECOND_NS: i64 = 1_000_000_000;
 const HOUR_NS: i64 = 3600 * SECOND_NS;
+/// Nothing stands so long behind its place in a recording.
+const LATEST_NS: i64 = 10 * SECOND_NS;
 /// Heartbeats of what is parked are a minute long with us, s.
 const SILENCE_S: f64 = 150.0;
 
@@ -128,6 +131,9 @@ fn truth_alone(recording: &Path, file: &Path) -> anyhow::Result<()> {
     let mut reader = capture::Reader::open(recording).with_context(doing)?;
     let mut datagram = capture::Datagram::empty();
     let (mut truth, mut now_ns) = (None::<Truth>, None::<i64>);
+    // What was lost and asked for again stands behind what came after it.
+    let mut waiting: BTreeMap<(i64, u64), Vec<u8>> = BTreeMap::new();
+    let mut number = 0;
     while let Some(read) = reader.read(&mut datagram) {
         if let Err(problem) = read {
             tracing::warn!("{}: {problem}", recording.display());
@@ -157,9 +163,18 @@ fn truth_alone(recording: &Path, file: &Path) -> anyhow::Result<()> {
             }
             let Some(truth) = &mut truth else { continue };
             now_ns = Some(at_ns.max(now_ns.unwrap_or(at_ns)));
-            truth.up_to(at_ns)?;
-            let arrival = Arrival::in_real_time(at_ns);
-            truth.exercise.feed(&arrival, received.octets);
+            number += 1;
+            waiting.insert((at_ns, number), received.octets.to_vec());
+            let until_ns = now_ns.map_or(at_ns, |now| now - LATEST_NS);
+            while let Some(first) = waiting.first_entry().filter(|w| w.key().0 <= until_ns) {
+                let (at, octets) = first.remove_entry();
+                truth.hears(at.0, &octets)?;
+            }
+        }
+    }
+    if let Some(truth) = &mut truth {
+        for ((at_ns, _), octets) in waiting {
+            truth.hears(at_ns, &octets)?;
         }
     }
     let (Some(mut truth), Some(last_ns)) = (truth, now_ns) else {
@@ -198,6 +213,13 @@ impl Truth {
         let limits = Limits { silence_s: SILENCE_S, ..Limits::default() };
         let exercise = Exercise::with_limits(id, limits);
         Ok(Self { log, exercise, frame, begin_ns, scans: 0, bounds_m: None })
+    }
+
+    /// A PDU of a time, in the order of times.
+    fn hears(&mut self, at_ns: i64, octets: &[u8]) -> anyhow::Result<()> {
+        self.up_to(at_ns)?;
+        self.exercise.feed(&Arrival::in_real_time(at_ns), octets);
+        Ok(())
     }
 
     /// Writes every whole second before a time.

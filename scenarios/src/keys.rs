@@ -9,6 +9,9 @@ use models::keys::{Holds, Key, PLACE};
 use models::sensors::KINDS;
 use models::traffic::core::FailureKind;
 
+/// Most vehicles of one type in a demand.
+pub(crate) const MOST_VEHICLES: i64 = 200;
+
 /// A table of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
@@ -321,7 +324,7 @@ pub(crate) const TRAFFIC: &[Key] = &[
     .or("48, from code D on 95"),
     Key::new(
         "vehicles",
-        Holds::Counts { most: crate::schedule::vehicles::MOST },
+        Holds::Counts { most: MOST_VEHICLES },
         "generated: how many of each type of vehicle drive from stand to stand where no flight is expected",
     ),
     Key::whole("seed", 0, i64::MAX, "generated: seed of the flights").or("that of the run"),

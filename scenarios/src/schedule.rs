@@ -1,5 +1,6 @@
 //! `[[traffic]] kind = "schedule"` and `"generated"`: flights that behave, from a table or from rates.
 
+mod drawn;
 mod flights;
 mod generated;
 pub mod handover;

@@ -122,7 +122,8 @@ fn a_recording_alone_is_opened(folder: &Folder, run: &Path, parent: &Archive) {
     let alone = folder.0.join("alone.pcapng");
     std::fs::copy(run.join("run.pcapng"), &alone).expect("copied");
     let made = |more: &[&str]| {
-        let temporary = folder.0.join(format!("tmp{}", more.len()));
+        let temporary = folder.0.join("tmp");
+        std::fs::remove_dir_all(&temporary).ok();
         std::fs::create_dir_all(&temporary).expect("a folder");
         let mut open = Command::new(env!("CARGO_BIN_EXE_seeds"))
             .args(["open", alone.to_str().expect("a name"), "--page", "127.0.0.1:0"])
@@ -146,6 +147,9 @@ fn a_recording_alone_is_opened(folder: &Folder, run: &Path, parent: &Archive) {
     assert!(different(parent, &whole).is_empty());
     assert_eq!(whole.fact("digest"), parent.fact("digest"));
     let truth = made(&[]);
+    // What was lost on its way and asked for again stands behind what came after it: nothing changes by that.
+    some_come_late(&run.join("run.pcapng"), &alone);
+    assert!(different(&truth, &made(&[])).is_empty());
     let report = |archive: &Archive, scan| archive.report(scan).expect("read").expect("a scan");
     let (ours, theirs) = (report(parent, 60), report(&truth, 60));
     assert!(theirs.tracks.is_empty() && theirs.plots.is_empty());
@@ -164,6 +168,33 @@ fn a_recording_alone_is_opened(folder: &Folder, run: &Path, parent: &Archive) {
         let (here, there) = (far(&ours, a, b), far(&theirs, a, b));
         assert!((here - there).abs() < 0.5 + 1e-3 * here, "{a}, {b}: {here} and {there} m");
     }
+}
+
+/// A recording, every 23rd datagram of it forty places later than it was.
+fn some_come_late(recording: &Path, to: &Path) {
+    let mut reader = capture::Reader::open(recording).expect("a recording");
+    let mut late = capture::Recorder::create(to).expect("a file");
+    let mut put = |d: &capture::Datagram| {
+        late.record(d.utc_ns, d.from, d.to, &d.payload).expect("written");
+    };
+    let (mut held, mut count) = (Vec::<(usize, capture::Datagram)>::new(), 0);
+    let mut datagram = capture::Datagram::empty();
+    while let Some(read) = reader.read(&mut datagram) {
+        read.expect("sound");
+        count += 1;
+        match count % 23 {
+            0 => held.push((count + 40, datagram.clone())),
+            _ => put(&datagram),
+        }
+        held.retain(|(due, d)| {
+            if *due <= count {
+                put(d);
+            }
+            *due > count
+        });
+    }
+    held.iter().for_each(|(_, d)| put(d));
+    late.close(0).expect("written");
 }
 
 /// A fork is forked, and made again by its file: the same octets. A file of another run is refused.

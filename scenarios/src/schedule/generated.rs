@@ -1,6 +1,7 @@
 //! Flights drawn by rates, with stands for all of them.
 
 use super::Wanted;
+use super::drawn::{Drawn, Mix, of_mix};
 use super::rates::Rates;
 use super::reach::{Ground, default_ends, lacks_m};
 use super::stands::{Allotted, allotted};
@@ -21,9 +22,6 @@ const SMALLER_MIXES: [&[(&str, f64)]; 2] = [
     &[("AT75", 3.0), ("DH8D", 2.0), ("E145", 1.0), ("C550", 2.0)],
     &[("C550", 1.0), ("C172", 4.0)],
 ];
-
-/// Types with weights.
-pub(super) type Mix = Vec<(String, f64)>;
 
 fn owned(mix: &[(&str, f64)]) -> Mix {
     mix.iter().map(|(d, w)| ((*d).to_owned(), *w)).collect()
@@ -185,39 +183,12 @@ pub(super) fn generated(
     Ok(wanted)
 }
 
-/// The type of a mix at a draw within 0 to 1; `None` of none.
-pub(super) fn of_mix(mix: &[(String, f64)], draw: f64) -> Option<&str> {
-    let total: f64 = mix.iter().map(|m| m.1).sum();
-    let mut left = draw * total;
-    let at = mix.iter().find(|m| {
-        left -= m.1;
-        left <= 0.0
-    });
-    at.map(|m| m.0.as_str())
-}
-
 /// How times are spread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Profile {
     Drawn,
     Even,
     Banks,
-}
-
-/// A flight by rates, before it has a stand.
-#[derive(Clone)]
-pub(super) struct Drawn {
-    pub(super) number: u64,
-    pub(super) direction: Direction,
-    pub(super) time_s: f64,
-    pub(super) designator: String,
-    pub(super) runway: String,
-    /// Draw for its stand.
-    pub(super) place: f64,
-    /// Of an arrival: from its landing to its earliest off-block, s.
-    pub(super) turn_round_s: f64,
-    /// Draw for its type where no stand is free for the first one.
-    pub(super) other: f64,
 }
 
 /// The flights that have a stand, and how many have none.

@@ -1,6 +1,6 @@
 //! Stands for flights that are drawn by rates: who stands where, from when to when, and who is left out.
 
-use super::generated::{Drawn, Mix, of_mix};
+use super::drawn::{Drawn, Mix, of_mix};
 use super::reach::{Ground, Reach, end_named, needs_m};
 use crate::types::TypeTable;
 use models::airport::distance_to_segment_m;

@@ -4,6 +4,7 @@ use super::flights::flight_of;
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::MOST_VEHICLES;
 use crate::types::TypeTable;
 use models::draw::{DrawKey, Purpose, uniform};
 use models::flight_list::{FlightEntry, MovementKind};
@@ -12,8 +13,6 @@ use models::time::SimTime;
 use models::traffic::core::{Direction, Flight};
 use models::traffic::network::Network;
 
-/// Most of one type.
-pub(crate) const MOST: i64 = 200;
 /// Nobody drives faster on taxiways: 50 km/h (traffic.md 2.1).
 const MOST_MPS: f64 = 50.0 / 3.6;
 /// The first address of a vehicle, less one.
@@ -24,7 +23,7 @@ pub(super) fn wanted(section: &Section, types: &TypeTable) -> Result<Vec<String>
     let Some(table) = section.any_section("vehicles")? else { return Ok(Vec::new()) };
     let mut all = Vec::new();
     for designator in table.keys() {
-        let count = table.integer(designator, 0, MOST)?.unwrap_or(0);
+        let count = table.integer(designator, 0, MOST_VEHICLES)?.unwrap_or(0);
         if types.get(designator).is_none_or(|t| t.class.aircraft) {
             let vehicle = |d: &&str| types.get(d).is_some_and(|t| !t.class.aircraft);
             let allowed = types.designators().filter(vehicle).collect::<Vec<_>>().join(", ");

@@ -2,6 +2,7 @@
 
 mod push;
 mod to_runway;
+mod turned;
 
 use push::{Begin, nose_of};
 pub(super) use push::{SWING_M, push_heading};
@@ -36,12 +37,13 @@ impl Core {
             return;
         }
         let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
-        if self.movers[m].push.pieces.is_empty() && self.waits_to_push(m) && !uncleared {
+        let unplanned = self.movers[m].way.pieces.is_empty();
+        if unplanned && self.waits_to_push(m) && !uncleared {
             self.movers[m].next_try_s = self.time_s + 1.0;
             return;
         }
         self.movers[m].next_try_s = self.time_s + RETRY_S;
-        if self.movers[m].push.pieces.is_empty() && !self.find_departure(m) {
+        if unplanned && !self.find_departure(m) {
             if self.movers[m].waits_since_s.is_none() {
                 let text = format!(
                     "{}: no way from stand {} to runway {} now",
@@ -153,6 +155,10 @@ impl Core {
         mover.waits_for = None;
         let short_m = short_m + mover.stands_short_m;
         mover.s = PUSH_BEFORE_M - (guided - self.flights[m].wheelbase_m) + short_m;
+        if mover.turned {
+            self.starts_ahead(m);
+            return;
+        }
         match self.failing(m, FailureKind::PushUncleared) {
             Some(failure) => self.begin_failure(failure),
             None => self.clear(m, "PSH", String::new()),
@@ -253,6 +259,9 @@ impl Core {
     /// Where and when the taxi way begins for the plan.
     pub(super) fn start_of_push(&self, m: usize) -> Start {
         let mover = &self.movers[m];
+        if mover.turned {
+            return self.start_ahead(m);
+        }
         let push_s = (mover.push.stop_m - mover.s.max(0.0)).max(0.0) / 1.4 + 8.0;
         let (_, place_m, _) = self.after_push(m, mover.push.stop_m);
         Start::Stand { place_m, first: mover.under.start, pushed: mover.under.end, push_s }
@@ -280,6 +289,9 @@ impl Core {
         slow: &[bool],
         without: &[usize],
     ) -> Option<Pushback> {
+        if self.movers[m].turned {
+            return self.find_way_ahead(m, closed, slow);
+        }
         let f = Arc::clone(&self.flights);
         let f = &f[m];
         let net = Arc::clone(&self.net);
@@ -363,6 +375,9 @@ impl Core {
 
     /// Lays the lines of a pushback and of the way after it.
     fn lay_pushback(&mut self, m: usize, (back, chain, taxi): &Pushback) -> bool {
+        if self.movers[m].turned {
+            return self.lay_way_ahead(m, taxi);
+        }
         let f = Arc::clone(&self.flights);
         let f = &f[m];
         let net = Arc::clone(&self.net);

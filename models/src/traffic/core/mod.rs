@@ -106,6 +106,8 @@ struct Mover {
     line_up_s: f64,
     /// Pieces of the roll that are held from the line-up on, as somebody off the strip could want them.
     kept: Vec<u32>,
+    /// Stands with its nose to the lane: it leaves without a pushback.
+    turned: bool,
     /// Where it is towed to, out of a stand from which nothing leads away.
     tow_to: Option<usize>,
     /// Where a vehicle drives to: stand, and the pieces under it there.
@@ -215,8 +217,8 @@ pub struct Core {
     pavement_m: Arc<Vec<Vec<crate::frames::Point2<f64>>>>,
     /// By node: the part of the network that it is in where strips are left out; empty without vehicles.
     parts: Arc<Vec<usize>>,
-    /// By stand, size, runway and end: whether there is a way to leave it by.
-    leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
+    /// By stand, size, runway and end: how it is left, if it can be.
+    leaves: BTreeMap<(usize, (u64, u64), usize, usize), Option<stands::Leaving>>,
     /// Rings of movers that wait for each other under a policy that rules them out.
     unexpected: u64,
 }
@@ -631,6 +633,7 @@ impl Mover {
             roll_from: usize::MAX,
             line_up_s: 35.0,
             kept: Vec::new(),
+            turned: false,
             tow_to: None,
             goal: None,
             stands_short_m: 0.0,

@@ -8,6 +8,15 @@ use crate::traffic::pieces::SIZES;
 use crate::traffic::way::Arcs;
 use std::sync::Arc;
 
+/// How a stand is left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Leaving {
+    /// Pushed back.
+    Pushed,
+    /// By itself, the nose to the lane.
+    Ahead,
+}
+
 impl Core {
     /// How far short of the node of a stand somebody of this size has his middle, m: tails stand in one line, nobody behind the
     /// place of the file, and, where his line is straight enough, nobody with all of his body beyond it.
@@ -125,16 +134,20 @@ impl Core {
         true
     }
 
-    /// Whether somebody like `m` can be pushed back from a stand and find a way to his runway on an empty airport; of an
-    /// arrival his next flight.
+    /// Whether somebody like `m` can leave a stand and find a way to his runway on an empty airport; of an arrival his next flight.
     pub(super) fn can_leave(&mut self, m: usize, stand: usize) -> bool {
+        self.leaving(m, stand).is_some()
+    }
+
+    /// How he leaves it; pushed back if nobody does.
+    fn leaving(&mut self, m: usize, stand: usize) -> Option<Leaving> {
         let next = self.flights.iter().position(|g| g.turnaround_of == Some(m));
         let leaves = match self.flights[m].direction {
             Direction::Departure => Some(m),
             Direction::Arrival => next,
             Direction::Vehicle => None,
         };
-        let Some(d) = leaves else { return true };
+        let Some(d) = leaves else { return Some(Leaving::Pushed) };
         let (runway, end) = self.flights[d].runway;
         let key = (stand, self.flights[d].key_of_size(), runway, end);
         if let Some(known) = self.leaves.get(&key) {
@@ -145,7 +158,12 @@ impl Core {
         let narrow = self.narrow(d);
         let easy = vec![false; 2 * self.net.edges.len()];
         self.movers[d].stand = stand;
-        let found = self.plan_departure(d, &narrow, &easy, &[]);
+        let ways = [Leaving::Pushed, Leaving::Ahead];
+        let found = ways.into_iter().find(|way| {
+            self.movers[d].turned = *way == Leaving::Ahead;
+            let fits = *way == Leaving::Pushed || self.is_turned_by_hand(d);
+            fits && self.plan_departure(d, &narrow, &easy, &[])
+        });
         self.movers[d] = old;
         self.remarks.truncate(told);
         self.leaves.insert(key, found);
@@ -284,7 +302,11 @@ impl Core {
     pub(super) fn park(&mut self, m: usize, stand: usize) {
         let pieces = self.pieces_of_stand(stand, self.flights[m].size);
         pieces.iter().for_each(|z| self.hold(m, *z, false));
+        let departs = self.flights[m].direction == Direction::Departure;
+        let light = departs && self.is_turned_by_hand(m);
+        let turned = light && self.leaving(m, stand) == Some(Leaving::Ahead);
         let mover = &mut self.movers[m];
+        mover.turned = turned;
         mover.stand = stand;
         mover.parked_pieces = pieces;
         mover.phase = Phase::Parked;

@@ -33,6 +33,8 @@ impl Core {
             // On its stand, whatever is planned.
             let (at, heading_rad) = self.stand_pose(m.stand, f.size);
             let at = at - Azimuth::from_rad(heading_rad).unit() * m.stands_short_m;
+            let back_rad = if m.turned { std::f64::consts::PI } else { 0.0 };
+            let heading_rad = wrap_pi(heading_rad + back_rad);
             return Some(still(Point3::new(at.x, at.y, 0.0), heading_rad));
         }
         let on = stands_on.path.at(m.s);
