@@ -4,6 +4,7 @@
 
 mod errors;
 mod movers;
+mod wind;
 
 pub use errors::errors;
 
@@ -158,6 +159,9 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
         let notices = weather.sections("timeline", &crate::keys::words(crate::keys::NOTICE))?;
         for notice in &notices {
             let any = crate::document::within(f64::NEG_INFINITY, f64::INFINITY, "");
+            if let Some(text) = wind::of(scene, notice.number_or("at_s", 0.0, any)?) {
+                say(24, notice, "wind_mps", text);
+            }
             let visibility_m = notice.number("visibility_m", any)?;
             if let Some(metres) = visibility_m.filter(|m| *m < 50.0 || *m > 100_000.0) {
                 say(

@@ -4,12 +4,17 @@ use models::frames::{Azimuth, Point3};
 use models::traffic::core::{Core, Direction, Phase};
 use scenarios::Scene;
 use scenarios::hours::{Held, Hour, hour};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Airports that nothing here was tuned on, beside the synthetic one.
 const AIRPORTS: [&str; 4] = ["XSYN", "LZIB", "LSZH", "LIMC"];
 
 fn scene(airport: &str, weather: &str, seed: u64) -> Scene {
+    let (path, text) = text(airport, weather, seed);
+    scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn text(airport: &str, weather: &str, seed: u64) -> (PathBuf, String) {
     let base = Path::new(env!("CARGO_MANIFEST_DIR"));
     let is = |ext: &str| base.join(format!("airports/{airport}.{ext}")).exists();
     let ext = if is("apt.dat") { "apt.dat" } else { "nodes.csv" };
@@ -20,7 +25,7 @@ fn scene(airport: &str, weather: &str, seed: u64) -> Scene {
          [weather]\ntimeline = [{weather}]\n\
          [[traffic]]\nkind = \"generated\"\narrivals_per_h = 10\ndepartures_per_h = 10\n"
     );
-    scenarios::load_text(&base.join("weather.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
+    (base.join("weather.toml"), text)
 }
 
 /// One flight at a frame.
@@ -192,5 +197,23 @@ fn weather_that_turns_at_once_breaks_nothing() {
         let scene = scene(airport, turning, seed);
         let (_, held) = watched(&scene, seed);
         kept(airport, &held);
+    }
+}
+
+/// Ends in use are those of the begin: who lands with the wind from behind later is told of, with how many.
+#[test]
+fn a_wind_that_turns_behind_the_ends_in_use_is_said() {
+    for airport in AIRPORTS {
+        let begin = "{ at_s = 0, wind_mps = 8, wind_from_deg = 300 }";
+        for (then, said) in [(300, false), (120, true)] {
+            let turning =
+                format!("{begin}, {{ at_s = 1200, wind_mps = 10, wind_from_deg = {then} }}");
+            let (path, text) = text(airport, &turning, 3);
+            let (_, found) =
+                scenarios::warnings::check(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+            let told: Vec<_> = found.iter().filter(|w| w.word() == "W24").collect();
+            assert_eq!(told.len(), usize::from(said), "{airport}: {told:?}");
+            assert!(told.iter().all(|w| w.text.contains("m/s from behind")), "{airport}: {told:?}");
+        }
     }
 }
