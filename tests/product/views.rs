@@ -170,7 +170,7 @@ fn a_recording_alone_is_opened(folder: &Folder, run: &Path, parent: &Archive) {
     }
 }
 
-/// A recording, every 23rd datagram of it forty places later than it was.
+/// A recording, every 23rd datagram of it twelve places later than it was.
 fn some_come_late(recording: &Path, to: &Path) {
     let mut reader = capture::Reader::open(recording).expect("a recording");
     let mut late = capture::Recorder::create(to).expect("a file");
@@ -183,7 +183,7 @@ fn some_come_late(recording: &Path, to: &Path) {
         read.expect("sound");
         count += 1;
         match count % 23 {
-            0 => held.push((count + 40, datagram.clone())),
+            0 => held.push((count + 12, datagram.clone())),
             _ => put(&datagram),
         }
         held.retain(|(due, d)| {
