@@ -217,4 +217,50 @@ mod tests {
             assert!(off_m.norm() < 2.0, "{off_m}");
         }
     }
+
+    /// Twelve plots of a straight drive.
+    fn driven() -> Averaged {
+        let plot = |k: u32| plot_at(f64::from(k), 8.0 * f64::from(k), 0.3 * f64::from(k % 4), 4.0);
+        let modes = Arc::new(Modes::mixed());
+        let mut pair = Averaged::from_plot(&plot(0), modes, Start::default()).expect("sound");
+        for k in 1..=12 {
+            pair.update(&plot(k)).expect("sound");
+        }
+        pair
+    }
+
+    /// Whatever stands beside it: what a plot that is certain says of the rungs counts.
+    #[test]
+    fn a_plot_that_is_certain_is_an_ordinary_one() {
+        let before = driven();
+        let (own, other) = (plot_at(13.0, 103.0, 5.0, 4.0), plot_at(13.0, 140.0, -9.0, 4.0));
+        let mut alone = before.clone();
+        alone.update(&own).expect("sound");
+        assert_ne!(alone.weights(), before.weights());
+        for plots in
+            [vec![(&own, 1.0)], vec![(&own, 1.0), (&other, 0.0)], vec![(&other, 0.0), (&own, 1.0)]]
+        {
+            let mut several = before.clone();
+            several.update_weighted(&plots).expect("sound");
+            assert_eq!(several.estimate(), alone.estimate());
+            assert_eq!(several.weights(), alone.weights());
+        }
+    }
+
+    /// What weighs less than a billionth is left out, to the bit.
+    #[test]
+    fn a_rung_of_no_weight_leaves_no_trace() {
+        let mut pair = driven();
+        let later = SimTime::from_s(13.5);
+        let both = [pair.modes.estimate(), pair.events.estimate()];
+        let ahead = [pair.modes.predicted(later), pair.events.predicted(later)]
+            .map(|rung| rung.expect("later"));
+        assert_ne!(both[0], both[1]);
+        for (rung, logs) in [[0.0, -22.0], [-22.0, 0.0]].into_iter().enumerate() {
+            pair.choice = Choice::new(2);
+            pair.choice.add(1.0, &logs);
+            assert_eq!(pair.estimate(), both[rung]);
+            assert_eq!(pair.predicted(later).expect("later"), ahead[rung]);
+        }
+    }
 }

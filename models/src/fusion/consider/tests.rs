@@ -393,3 +393,18 @@ fn a_part_is_sound_if_its_numbers_are_and_it_is_somewhere() {
     assert!(!part(|p| p.p[0] = 0.0) && !part(|p| p.p[27] = 0.0));
     assert!(part(|p| p.p[18] = 0.0) && part(|p| p.p[63] = 0.0));
 }
+
+/// Of an error no more than all of it is slow.
+#[test]
+fn a_share_beyond_one_is_one() {
+    let filter = followed(Rung::Imm3);
+    let at = filter.predicted(SimTime::from_s(30.8)).expect("later").position_m();
+    let [all, more] = [1.0, 1.5].map(|share| {
+        let mut filter = filter.clone();
+        let slow = SlowError::Receiver { share, tau_s: 300.0, late_s: 0.0 };
+        let report = report(30.8, at + Vector2::new(2.0, 1.0), 2.0);
+        filter.update(&report, slow, false).expect("sound");
+        filter.estimate()
+    });
+    assert_eq!(all, more);
+}

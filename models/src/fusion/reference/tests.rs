@@ -699,3 +699,19 @@ fn a_target_is_asked_for_from_its_first_plot_to_the_scan_after_its_last() {
     assert_eq!(of(9.5, 9.9), (None, None));
     assert!(asked(&[], &ends).is_empty());
 }
+
+/// Nothing is divided by a variance that is none: the whole way is refused.
+#[test]
+fn a_row_without_a_variance_is_refused() {
+    let (moments, start) = small();
+    for (k, row) in [(0, 0), (1, 1), (6, 0)] {
+        for (variance, is_sound) in
+            [(1e-9, true), (0.0, false), (-1.0, false), (f64::NAN, false), (f64::INFINITY, false)]
+        {
+            let mut moments = moments.clone();
+            moments[k].rows[row].variance = variance;
+            let found = Forwards::of(&moments, start, 2).is_some();
+            assert_eq!(found, is_sound, "{variance} at {k}");
+        }
+    }
+}

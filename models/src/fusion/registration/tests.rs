@@ -79,3 +79,18 @@ fn what_is_taken_off_stands_out_of_what_noise_finds() {
     assert!(found2 > 10.0 && applied2 < 0.5 * found2, "{found2} {applied2}");
     assert!(left2 < 0.15 * 900.0, "{left2}");
 }
+
+/// The span's number goes with the length's in the ratio that is assumed; of a point, which has none, it stays nothing.
+#[test]
+fn the_span_follows_the_length_in_its_ratio() {
+    let registration = Registration::new(EchoLaw::default());
+    for kind in [0, 1] {
+        for (length, span) in [(0.1, 0.02), (0.5, 0.5), (0.4, 0.0)] {
+            let found = registration.kappa(kind, near_side::Kappa { length, span });
+            assert!((found.span - span / length * found.length).abs() < 1e-12, "{found:?}");
+            let wanted = near_side::Kappa { span: 0.0, ..found };
+            let point = near_side::Kappa { length: 0.0, span };
+            assert_eq!(registration.kappa(kind, point), wanted);
+        }
+    }
+}

@@ -165,3 +165,27 @@ fn what_lies_on_a_body_lies_along_its_nose() {
     assert!(on_body(track, place, place + Vector2::new(3.0, 4.0), 5.0));
     assert!(!on_body(track, place, place + Vector2::new(3.0, 4.0), 4.9));
 }
+
+/// Who stands beside another one and says another address is a target of its own, however near.
+#[test]
+fn neighbours_of_different_addresses_keep_a_track_each() {
+    for (config, apart_m) in [
+        (TrackingConfig::paper(), 25.0),
+        (TrackingConfig::accurate(), 25.0),
+        (TrackingConfig::accurate(), 12.0),
+    ] {
+        let mut tracker = Tracker::new(config);
+        let mut last = Vec::new();
+        for k in 1..=40u32 {
+            let t = f64::from(k);
+            let plots = [0, 1].map(|n| Plot {
+                sensor: SensorId(2),
+                kind: SensorKind::Adsb,
+                identity: Some(Identity::Address(0x40_0000 + n)),
+                ..at(t - 0.5, n, Point2::new(apart_m * f64::from(n), 0.0))
+            });
+            last = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+        }
+        assert_eq!((last.len(), tracker.statistics().merged), (2, 0), "{apart_m} m");
+    }
+}

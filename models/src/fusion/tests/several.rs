@@ -286,3 +286,28 @@ fn two_radars_in_turn_begin_a_lost_state_anew() {
     println!("{near} {:?}", tracker.statistics());
     assert_eq!(near, 10, "the first track has it again, in every scan from the next on");
 }
+
+/// A report stands for all that come within two of its error's times, or for itself where that is less.
+#[test]
+fn a_report_counts_as_often_as_its_error_lasts() {
+    for (slow_share, slow_tau_s, interval_s, repeats) in [
+        (0.9, 300.0, 0.5, 1200.0),
+        (0.5, 300.0, 4.0, 150.0),
+        (0.9, 20.0, 1.0, 40.0),
+        (0.0, 300.0, 0.5, 1.0),
+    ] {
+        let mut config = TrackingConfig::accurate();
+        config.register_sites = true;
+        let model = SensorModel::default_of(SensorId(5), SensorKind::Adsb);
+        config.sensors.push(SensorModel { slow_share, slow_tau_s, interval_s, ..model });
+        let mut tracker = Tracker::new(config);
+        for k in 1..=20 {
+            let t = f64::from(k);
+            let at = Point2::new(10.0 * t, 0.0);
+            let plots = [labelled::report(5, SensorKind::Adsb, t - 0.2, 0, at)];
+            tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+        }
+        let found = tracker.tracks[0].reference.as_ref().expect("it reports").repeats;
+        assert_eq!(found, repeats, "{slow_share} {slow_tau_s} {interval_s}");
+    }
+}
