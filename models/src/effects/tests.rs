@@ -245,3 +245,15 @@ fn what_changed_between_two_plans_is_told_by_sensor_and_effect() {
     assert_eq!(changes(&from, &to[..2]), expected[1..]);
     assert!(from[2].is_skipped() && !from[0].is_skipped());
 }
+
+/// What saves nothing is not worth a loss, in whatever order the levels stand.
+#[test]
+fn of_levels_that_cost_the_same_the_one_that_loses_less_is_taken() {
+    let (small, large) = ((2, Loss::raises(0.1)), (2, Loss::raises(0.6)));
+    for cheap in [[small, large], [large, small]] {
+        let rungs = ladder(&[cheap[0], cheap[1], (30, Loss::NONE)]);
+        let both = [rungs, simple(0.2)];
+        let choice = cheapest(&both, within(1.0), Loss::db).expect("exact is tolerated");
+        assert!((choice.loss.db() - 0.3).abs() < 1e-12, "{choice:?}");
+    }
+}

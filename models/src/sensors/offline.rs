@@ -769,4 +769,29 @@ mod tests {
             assert!(config.validate().is_ok(), "{name}: {figures:?}");
         }
     }
+
+    /// An error that has gone after one report lasts no less than a third of one: what is left is not known to less than a
+    /// twentieth.
+    #[test]
+    fn what_lasts_one_report_has_a_time_of_a_third_of_one() {
+        for seed in 1..=6 {
+            let mut seen = Observation::default();
+            for key in 0..40 {
+                let mut rng =
+                    crate::draw::DrawKey { run_seed: seed, sensor: 1, entity: key, scan: 0 }
+                        .rng(crate::draw::Purpose::Study);
+                let mut before = crate::draw::normal_pair(&mut rng);
+                for k in 0..500 {
+                    let now = crate::draw::normal_pair(&mut rng);
+                    let error_m = [now.0 + before.0, now.1 + before.1];
+                    seen.samples.push(Sample { key, time: SimTime::from_s(f64::from(k)), error_m });
+                    before = now;
+                }
+            }
+            seen.looks = seen.samples.len() as u64;
+            let fit = fit(&seen, 1.0).expect("enough");
+            assert!((0.33..0.36).contains(&fit.tau_s), "{fit:?}");
+            assert!((0.9..=1.0).contains(&fit.correlated_share), "{fit:?}");
+        }
+    }
 }

@@ -915,4 +915,39 @@ mod tests {
         }
         assert!(fine.epochs().len() <= 3, "old epochs are forgotten");
     }
+
+    /// What is a little beyond a limit is refused by its key, what is a little within is not.
+    #[test]
+    fn a_sky_beyond_its_limits_is_refused_by_the_key() {
+        type Set = fn(&mut SkyConfig, f64);
+        let said = |change: &dyn Fn(&mut SkyConfig)| {
+            let mut sky = SkyConfig::reference(rome(), 1e8);
+            change(&mut sky);
+            sky.validate().err().map(|e| e.to_string())
+        };
+        assert_eq!(said(&|_| ()), None);
+        let all: [(&str, f64, f64, Set); 7] = [
+            ("site_lat_deg", -90.0, 90.0, |s, v| s.site = Geodetic::from_degrees(v, 12.0, 0.0)),
+            ("site_lon_deg", -360.0, 360.0, |s, v| s.site = Geodetic::from_degrees(41.0, v, 0.0)),
+            ("site_height_m", -1e3, 1e4, |s, v| s.site = Geodetic::from_degrees(41.0, 12.0, v)),
+            ("epoch_s", -1e10, 1e10, |s, v| s.epoch_s = v),
+            ("mask_deg", 0.0, 89.0, |s, v| s.mask_deg = v),
+            ("pdop_limit", 1.0, 1e6, |s, v| s.pdop_limit = v),
+            ("step_s", 0.01, 3600.0, |s, v| s.step_s = v),
+        ];
+        for (key, low, high, set) in all {
+            let by = 1e-3 * (high - low).min(f64::max(low.abs(), 0.01));
+            for (value, refused) in [
+                (low + by, false),
+                (high - by, false),
+                (low - by, true),
+                (high + by, true),
+                (f64::NAN, true),
+            ] {
+                let found = said(&|sky| set(sky, value));
+                let named = found.as_ref().is_some_and(|text| text.contains(key));
+                assert_eq!((found.is_some(), named), (refused, refused), "{key} = {value}");
+            }
+        }
+    }
 }
