@@ -1,6 +1,6 @@
 //! DIS simulation management drives the run, and hears of it.
 //!
-//! Start/Resume, Stop/Freeze, Action Request, Set Data and Data Query PDUs from this host, in both forms, become
+//! Start/Resume, Stop/Freeze, Action Request, Set Data and Data Query PDUs from this host and those that `dis_managers` names, in both forms, become
 //! commands; the answer goes out when the state is *reached*, and a repeated request gets the same answer. What is
 //! about a single entity, or needs no command, is done at the desk. The station announces its own
 //! transitions with the same PDUs, so that outsiders and recordings know when a run began and ended, and tells of
@@ -18,6 +18,7 @@ use crate::runtime::dis_socket;
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{Answer, Command, Frame};
+use crate::runtime::senders::Managers;
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::Sender;
 use pdu::enumerations::DatumId;
@@ -27,7 +28,6 @@ use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, EncodeError, Envelope};
 use scenarios::Scene;
 use std::collections::BTreeSet;
-use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -112,11 +112,13 @@ impl Gateway {
             answered,
             neighbours: BTreeSet::new(),
         };
+        // DIS has no authentication: who commands beside this host is told.
+        let managers = Managers::of(args, &scene.network);
         let died = events.clone();
         spawn_watched(
             "the listener for DIS simulation management",
             move |why| drop(died.send(Event::Broken(why))),
-            move || listen(receiver, exercise, &mut requests, &events),
+            move || listen(receiver, &managers, exercise, &mut requests, &events),
         )?;
         let (clocked, send) = (Arc::clone(&desk), Arc::clone(&sender));
         std::thread::Builder::new().name("desk of DIS management".into()).spawn(move || {
@@ -214,20 +216,16 @@ fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {
     desk.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// DIS has no authentication: only this host commands.
-fn may_command(from: IpAddr) -> bool {
-    from.is_loopback()
-}
-
 fn listen(
     mut receiver: datalink::Receiver,
+    managers: &Managers,
     exercise: u8,
     requests: &mut Requests,
     events: &Sender<Event>,
 ) {
     loop {
         let received = receiver.receive(None, |arrival| {
-            if !may_command(arrival.from.ip()) {
+            if !managers.may_command(arrival.from.ip()) {
                 return;
             }
             for received in pdu::pdus(arrival.payload).filter_map(Result::ok) {
@@ -375,7 +373,11 @@ mod tests {
             ("0.0.0.0", false),
             ("::ffff:10.0.0.7", false),
         ] {
-            assert_eq!(may_command(from.parse().expect("an address")), may, "{from}");
+            assert_eq!(
+                Managers::default().may_command(from.parse().expect("an address")),
+                may,
+                "{from}"
+            );
         }
     }
 }

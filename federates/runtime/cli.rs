@@ -5,6 +5,7 @@ use clap::{Args, ValueEnum};
 use scenarios::losses::{
     ByMember, Losses, OnLoss, ReturnWithin, on_loss_flag, return_flag, stall_flag, step_flag,
 };
+use scenarios::network::AddressRange;
 use std::ffi::OsString;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -70,6 +71,18 @@ pub struct NetworkArgs {
     /// Time to live of DIS datagrams: routers that they may pass, plus one; 0 keeps multicast on this host [default: the scene's, else 1]
     #[arg(long, value_name = "N")]
     pub ttl: Option<u8>,
+
+    /// Take DIS of these senders only, and of this host: addresses, or networks like 10.0.0.0/24, with commas between [default: the scene's, else everybody's]
+    #[arg(long, value_name = "IP[/N]", value_delimiter = ',')]
+    pub dis_from: Vec<AddressRange>,
+
+    /// Take entities of these DIS sites only, and of the scene's own, with commas between [default: the scene's, else all]
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    pub dis_sites: Vec<u16>,
+
+    /// Obey simulation management of these hosts beside this one: addresses, or networks, with commas between [default: the scene's, else none]
+    #[arg(long, value_name = "IP[/N]", value_delimiter = ',')]
+    pub dis_managers: Vec<AddressRange>,
 
     /// Endpoint of the synchronisation plane to listen on, like tcp/10.0.0.1:7447 [default: administration station tcp/127.0.0.1:7447, others any free port]
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]

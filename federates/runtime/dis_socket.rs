@@ -6,6 +6,7 @@ use super::digest::pdu_hash;
 use super::federate::Octets;
 use super::hearing::Plane;
 use super::member_driver::Event;
+use super::senders::{NO_SENDER, NO_SITE, Senders};
 use super::threads::spawn_watched;
 use crate::exchange::stamp::is_stamped;
 use crossbeam_channel::Sender;
@@ -74,11 +75,14 @@ pub fn open(
         let told = Arc::clone(&drops);
         let dead = events.clone();
         let failed = move |why| drop(dead.send(Event::Failed(why)));
+        let senders = Senders::of(args, scene, &config);
         spawn_watched("the receiver of DIS", failed, move || {
-            let mut sorter = Sorter::new(receiving);
+            let mut sorter = Sorter::new(receiving).with_senders(senders);
             loop {
                 let mut pdus = Vec::new();
-                let got = receiver.receive(None, |arrival| sorter.sort(arrival.payload, &mut pdus));
+                let got = receiver.receive(None, |arrival| {
+                    sorter.sort_of(arrival.from.ip(), arrival.payload, &mut pdus);
+                });
                 told.store(receiver.dropped(), Ordering::Relaxed);
                 if let Err(e) = got {
                     let _ = events.send(Event::Failed(format!("receiving DIS: {e}")));
@@ -133,6 +137,7 @@ pub fn listen(
 /// Sorts datagrams: sound truth and weather of the exercise, anything else, unsound ones.
 pub struct Sorter {
     receiving: Receiving,
+    senders: Senders,
     arrived: u64,
     drops: BTreeMap<&'static str, u64>,
     probes: BTreeSet<(String, bool)>,
@@ -142,7 +147,23 @@ impl Sorter {
     /// A sorter.
     #[must_use]
     pub fn new(receiving: Receiving) -> Self {
-        Self { receiving, arrived: 0, drops: BTreeMap::new(), probes: BTreeSet::new() }
+        let (drops, probes) = (BTreeMap::new(), BTreeSet::new());
+        Self { receiving, senders: Senders::default(), arrived: 0, drops, probes }
+    }
+
+    /// The same, which takes only what these lists allow.
+    #[must_use]
+    pub fn with_senders(self, senders: Senders) -> Self {
+        Self { senders, ..self }
+    }
+
+    /// Appends the PDUs of a datagram of `from` that the federate reads.
+    pub fn sort_of(&mut self, from: IpAddr, datagram: &[u8], pdus: &mut Vec<Octets>) {
+        if self.senders.takes(from) {
+            self.sort(datagram, pdus);
+        } else {
+            *self.drops.entry(NO_SENDER).or_default() += 1;
+        }
     }
 
     /// Appends the PDUs of a datagram that the federate reads.
@@ -164,6 +185,11 @@ impl Sorter {
             };
             if received.header().exercise_id != self.receiving.exercise {
                 *self.drops.entry("PDU of another exercise").or_default() += 1;
+                continue;
+            }
+            let site = received.octets.get(12..14).map(|o| u16::from_be_bytes([o[0], o[1]]));
+            if site.is_some_and(|site| !self.senders.takes_site(site, self.receiving.site)) {
+                *self.drops.entry(NO_SITE).or_default() += 1;
                 continue;
             }
             let pdu_type = received.header().pdu_type;
@@ -325,6 +351,30 @@ mod tests {
             assert_eq!(probes == both, heard, "{other:?}: {probes:?}");
             assert!(pdus.is_empty(), "a probe is no truth");
         }
+    }
+
+    #[test]
+    fn what_the_lists_leave_out_is_dropped_and_counted() {
+        let receiving = Receiving { exercise: 1, site: 417, consumes: true, loss: 0.0 };
+        let state = |site| {
+            let entity_id = EntityId::new(site, 1, 1);
+            let mut octets = Vec::new();
+            Envelope::new(1, DisTime::relative(0))
+                .append(&pdu::EntityState { entity_id, ..Default::default() }, &mut octets)
+                .expect("it encodes");
+            octets
+        };
+        let from = vec!["10.0.0.0/24".parse().expect("a network")];
+        let senders = Senders::new(from, Vec::new(), BTreeSet::from([9]));
+        let mut sorter = Sorter::new(receiving).with_senders(senders);
+        let mut pdus = Vec::new();
+        for (host, site) in [([10, 0, 0, 7], 417), ([10, 0, 0, 7], 9), ([10, 0, 0, 7], 8)] {
+            sorter.sort_of(host.into(), &state(site), &mut pdus);
+        }
+        sorter.sort_of([10, 0, 1, 7].into(), &state(417), &mut pdus);
+        assert_eq!(pdus.len(), 2);
+        let drops: Vec<_> = sorter.take_drops().collect();
+        assert_eq!(drops, [(NO_SENDER, 1), (NO_SITE, 1)]);
     }
 
     #[test]

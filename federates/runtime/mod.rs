@@ -2,6 +2,7 @@
 //!
 //! Only here: sockets, zenoh, bincode and the wall clock. What any one federate does is not known here.
 
+pub mod access;
 pub mod access_list;
 pub mod build;
 pub mod bus;
@@ -30,6 +31,7 @@ pub mod messages;
 pub mod overflow;
 pub mod process;
 pub mod run_log;
+pub mod senders;
 pub mod simulation;
 pub mod spectator;
 pub mod stream;

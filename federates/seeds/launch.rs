@@ -306,6 +306,12 @@ fn watch(
     let _ = tell.send(News::Ended(name.to_owned(), code));
 }
 
+/// The value of a flag that takes several with commas between; none where there is none.
+fn listed<T: ToString>(values: &[T]) -> Option<String> {
+    let texts: Vec<String> = values.iter().map(ToString::to_string).collect();
+    (!texts.is_empty()).then(|| texts.join(","))
+}
+
 /// The common arguments as a command line.
 #[must_use]
 pub fn common_arguments(args: &CommonArgs, endpoint: &str) -> Vec<String> {
@@ -319,6 +325,8 @@ pub fn common_arguments(args: &CommonArgs, endpoint: &str) -> Vec<String> {
     option("--dis", args.network.dis.clone());
     option("--interface", args.network.interface.map(|i| i.to_string()));
     option("--ttl", args.network.ttl.map(|t| t.to_string()));
+    option("--dis-from", listed(&args.network.dis_from));
+    option("--dis-sites", listed(&args.network.dis_sites));
     option("--sync-connect", Some(endpoint.to_owned()));
     option("--certs", args.network.certs.as_ref().map(|folder| folder.display().to_string()));
     option("--log-format", Some(args.log_format.word().to_owned()));

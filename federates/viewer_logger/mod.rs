@@ -8,7 +8,6 @@
 //! [`Viewer`] and [`Session`] are state machines without I/O; [`server`] carries them over HTTP, [`log`] is the
 //! database. Nobody in the federation waits for any of this.
 
-pub mod access;
 pub mod archive;
 pub mod assets;
 pub mod author;

@@ -10,13 +10,14 @@ mod fork;
 mod socket;
 
 use super::Viewer;
-use super::access::{Access, Ticket, same_origin};
 use super::assets;
 use super::author::Author;
 use super::connections::{self, Peer};
 use super::forks::Forks;
 use super::session::MOST_RUNS;
 use super::source::Source;
+use crate::runtime::access::{Access, Ticket};
+use crate::runtime::connections::same_origin;
 use crate::runtime::messages::{Command, SeatAnswer, SeatOrder};
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;

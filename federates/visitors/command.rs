@@ -10,6 +10,7 @@ use crate::runtime::dis_socket;
 use crate::runtime::member_driver::Event;
 use crate::runtime::member_process::{Handler, Makes, end_on_interrupt, run_federate};
 use crate::runtime::messages::{SeatAnswer, SeatOrder, seat_key};
+use crate::runtime::senders::Senders;
 use crate::runtime::threads::spawn_watched;
 use anyhow::Context;
 use clap::Args;
@@ -46,6 +47,13 @@ pub fn run(args: &VisitorsArgs) -> ExitCode {
     match inputs.map(|file| read_inputs(file, &scene)).transpose() {
         Ok(script) => visitors.seats().lock().follow(script.unwrap_or_default()),
         Err(e) => return fail(BAD_INPUT, format!("--inputs {e:#}")),
+    }
+    match dis_socket::link_config(&args.network, &scene.network) {
+        Ok(link) => {
+            let senders = Senders::of(&args.network, &scene.network, &link);
+            visitors.door().lock().take_only(senders);
+        }
+        Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
     }
     let serves = serves(&visitors.seats());
     let events = unbounded();

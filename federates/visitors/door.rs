@@ -3,6 +3,7 @@
 //! A flood costs visitors, never the run. What is refused is counted by reason.
 
 use crate::exchange::stamp::EVER;
+use crate::runtime::senders::{NO_SENDER, NO_SITE, Senders};
 use pdu::enumerations::PduType;
 use pdu::records::EntityId;
 use pdu::{Body, Frame};
@@ -57,6 +58,10 @@ pub struct Door {
     site: u16,
     /// Entities of the scene: (application, number).
     own: BTreeSet<(u16, u16)>,
+    /// Whose datagrams are taken.
+    senders: Senders,
+    /// Entities that may be inside at a time.
+    most: usize,
     waiting: BTreeMap<IpAddr, VecDeque<Waiting>>,
     waiting_count: usize,
     /// Whose turn it is to begin.
@@ -78,6 +83,8 @@ impl Door {
             exercise,
             site,
             own,
+            senders: Senders::default(),
+            most: ENTITIES,
             waiting: BTreeMap::new(),
             waiting_count: 0,
             turn: 0,
@@ -89,14 +96,31 @@ impl Door {
         }
     }
 
+    /// From now on only what these lists allow is heard.
+    pub fn take_only(&mut self, senders: Senders) {
+        self.senders = senders;
+    }
+
+    /// From now on so many entities are inside at a time, with those of the scene, and no more than ever.
+    #[must_use]
+    pub fn with_targets(mut self, most: usize) -> Self {
+        self.most = most.saturating_sub(self.own.len()).min(ENTITIES);
+        self
+    }
+
     /// Nobody is inside: a new run.
     pub fn clear(&mut self) {
         let (exercise, site) = (self.exercise, self.site);
+        let (senders, most) = (std::mem::take(&mut self.senders), self.most);
         *self = Self::new(exercise, site, std::mem::take(&mut self.own));
+        (self.senders, self.most) = (senders, most);
     }
 
     /// A datagram arrived.
     pub fn knock(&mut self, utc_ns: i64, from: SocketAddr, datagram: &[u8]) {
+        if !self.senders.takes(from.ip()) {
+            return self.refuse(NO_SENDER);
+        }
         let mut frames = pdu::frames(datagram);
         for frame in frames.by_ref() {
             match frame {
@@ -120,6 +144,10 @@ impl Door {
             return self.own_said(own, from);
         }
         self.heard += 1;
+        // Who is to be removed may be everybody: what is inside has come through here.
+        if opens && !self.senders.takes_site(about.site, self.site) {
+            return self.refuse(NO_SITE);
+        }
         if frame.octets.len() > LONGEST {
             return self.refuse("longer than 1400 octets");
         }
@@ -194,8 +222,11 @@ impl Door {
                     self.refuse("about an entity that was never stated");
                     continue;
                 }
-                if new && self.inside.len() >= ENTITIES {
-                    self.refuse("more than 4096 entities");
+                if new && self.inside.len() >= self.most {
+                    self.refuse(match self.most {
+                        ENTITIES => "more than 4096 entities",
+                        _ => "more targets than targets_max",
+                    });
                     continue;
                 }
                 if new && !self.ever.contains(&waiting.about) {

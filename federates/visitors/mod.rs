@@ -78,7 +78,8 @@ impl Visitors {
     #[must_use]
     pub fn new(scene: Arc<Scene>, exercise: u8) -> Self {
         let own = scene.traffic.entities.iter().map(|e| (e.application, e.number)).collect();
-        let door = Door::new(exercise, scene.run.site, own);
+        let door = Door::new(exercise, scene.run.site, own)
+            .with_targets(scene.run.targets_max.unwrap_or(usize::MAX));
         Self {
             time: FrameTime::of(&scene.run),
             exercise,

@@ -89,6 +89,13 @@ pub(crate) const RUN: &[Key] = &[
     Key::number("duration_s", "s", 1.0, 86_400.0, "Length of the run").needed(),
     Key::whole("exercise", 0, 255, "Exercise identifier of DIS").or("1"),
     Key::whole("site", 1, 65_534, "Site number of DIS; visitors use others").or("1"),
+    Key::whole(
+        "targets_max",
+        1,
+        1_000_000,
+        "Targets at a time: the scene's own, and visitors in what these leave",
+    )
+    .or("the scene's own and 4096 visitors"),
     Key::number("frame_s", "s", 0.001, 1.0, "Length of a frame").or("0.05"),
     Key::number("scan_s", "s", 0.01, 60.0, "Length of a scan: a whole number of frames").or("1"),
     Key::new(
@@ -654,6 +661,24 @@ pub(crate) const NETWORK: &[Key] = &[
     Key::text("interface", "Address of the interface that they leave by"),
     Key::whole("ttl", 0, 255, "Routers that they may pass").or("1"),
     Key::flag("bundle", "Whether several PDUs share a datagram").or("from 64 PDUs of a frame on"),
+    Key::new(
+        "dis_from",
+        Holds::Texts,
+        "Whose PDUs are taken beside this host's: addresses, or networks like 10.0.0.0/24",
+    )
+    .or("everybody's"),
+    Key::new(
+        "dis_sites",
+        Holds::Numbers { least: 0.0, most: 65_535.0 },
+        "DIS sites whose entities are taken beside the scene's own",
+    )
+    .or("all"),
+    Key::new(
+        "dis_managers",
+        Holds::Texts,
+        "Hosts whose simulation management is obeyed beside this one: addresses, or networks",
+    )
+    .or("none"),
     Key::new("sync_listen", Holds::Texts, "Endpoints of the synchronisation plane to listen at"),
     Key::new("sync_connect", Holds::Texts, "Endpoints of it to connect to"),
     Key::new(

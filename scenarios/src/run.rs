@@ -20,6 +20,8 @@ pub struct Run {
     pub exercise: u8,
     /// DIS site of all entities of the scene.
     pub site: u16,
+    /// Targets at a time: the scene's own and, in what these leave, visitors; none: as many visitors as a run takes.
+    pub targets_max: Option<usize>,
     /// Duration of a frame (step of the movers).
     pub frame: SimTime,
     /// Frames in a scan.
@@ -88,6 +90,7 @@ pub(crate) fn read(
         duration,
         exercise: section.integer("exercise", 0, 255)?.unwrap_or(1) as u8,
         site: section.integer("site", 1, 65_534)?.unwrap_or(1) as u16,
+        targets_max: section.integer("targets_max", 1, 1_000_000)?.map(|most| most as usize),
         frame,
         frames_per_scan: (scan.0 / frame.0) as u32,
         dead_reckoning: dead_reckoning(&section)?,

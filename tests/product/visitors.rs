@@ -21,10 +21,15 @@ struct Guests {
 
 impl Guests {
     fn of(ports: &Ports) -> Self {
+        Self::from("127.0.0.1", 900, ports)
+    }
+
+    /// Those of a site, from an address of this host.
+    fn from(host: &'static str, site: u16, ports: &Ports) -> Self {
         let over = Arc::new(AtomicBool::new(false));
         let (stop, to) = (Arc::clone(&over), ports.dis.clone());
         let thread = std::thread::spawn(move || {
-            let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+            let socket = std::net::UdpSocket::bind((host, 0)).expect("a socket");
             socket.set_broadcast(true).expect("broadcast");
             // South-west of Zurich's runways.
             let airport = LocalFrame::at(Geodetic::from_degrees(47.43, 8.52, 432.0));
@@ -34,7 +39,7 @@ impl Guests {
                 let t_s = (now - start) as f64 * 1e-9;
                 for (entity, speed_mps) in [(1, 8.0), (2, 0.0)] {
                     let here = Enu { east_m: speed_mps * t_s, north_m: 0.0, up_m: 0.0 };
-                    let id = EntityId::new(900, 9, entity);
+                    let id = EntityId::new(site, 9, entity);
                     let state = EntityState {
                         entity_id: id,
                         entity_type: EntityType::new(1, entity as u8, 225, 85, 0, 0, 0),
@@ -120,6 +125,46 @@ fn outsiders_are_let_in_by_nobody_but_the_member() {
     let alone = summary(&finish(run(&ports, &["--fast", "--duration", "60", "--no-viewer"])));
     assert_eq!(with_guests["digest"], alone["digest"]);
     assert!(with_guests.get("external").is_none(), "{with_guests}");
+}
+
+#[test]
+fn only_senders_and_sites_of_the_lists_come_in_and_the_rest_is_counted() {
+    let folder = Folder::new("senders");
+    let scene = |network: &str| {
+        let mut scene = crate::scene_keys::shipped("zurich");
+        scene.insert("network".to_owned(), network.parse::<toml::Table>().expect("TOML").into());
+        crate::scene_keys::written(&folder, 0, &scene)
+    };
+    let by_key = scene("dis_from = [\"127.0.0.8/30\"]\ndis_sites = [900]");
+    let lists = ["--dis-from", "127.0.0.8/30", "--dis-sites", "900"];
+    for (scene, flags) in [(&by_key[..], &[][..]), ("zurich", &lists)] {
+        let ports = Ports::new();
+        let of_run = [scene, "--rate", "5", "--duration", "20", "--no-viewer"];
+        let command = run(&ports, &[&of_run[..], flags].concat());
+        let _guests = [("127.0.0.9", 900), ("127.0.0.9", 901), ("127.0.0.77", 900)]
+            .map(|(host, site)| Guests::from(host, site, &ports));
+        let (at, over) = (ports.sync.clone(), Arc::new(AtomicBool::new(false)));
+        let ended = Arc::clone(&over);
+        let watch = std::thread::spawn(move || {
+            let ports = Ports { sync: at, ..Ports::new() };
+            let mut counted = String::new();
+            while !ended.load(Ordering::Relaxed) {
+                if let Some(told) = common::status(&ports) {
+                    counted = told.to_string();
+                }
+            }
+            counted
+        });
+        let output = finish(command);
+        over.store(true, Ordering::Relaxed);
+        let counted = watch.join().expect("sound");
+        assert_eq!(summary(&output)["visitors"], 2, "{flags:?}: {}", stderr(&output));
+        for reason in ["not in the list (dis_from)", "not in the list (dis_sites)"] {
+            assert!(counted.contains(reason), "{flags:?}: {reason}: {counted}");
+        }
+        let said = stderr(&output);
+        assert!(said.contains("DIS of 127.0.0.77 is not taken"), "{flags:?}: {said}");
+    }
 }
 
 #[test]

@@ -12,11 +12,13 @@ const FEDERATES: [&str; 5] =
     ["traffic-generator", "external-world", "smdfm", "control", "visitors"];
 
 /// Flags that a launcher may give them, each with a value or without. What is the host's own (certificates, interface) is the agent's.
-const FLAGS: [(&str, bool); 11] = [
+const FLAGS: [(&str, bool); 13] = [
     ("--scene", true),
     ("--exercise", true),
     ("--dis", true),
     ("--ttl", true),
+    ("--dis-from", true),
+    ("--dis-sites", true),
     ("--sync-connect", true),
     ("--log-format", true),
     ("--share", true),

@@ -1,10 +1,10 @@
 //! One browser on its WebSocket: what it asks for is answered, what it lacks is sent, until it leaves.
 
-use super::super::access::{Access, LOOK_ONLY, Rights};
 use super::super::replayed::Compared;
 use super::super::session::{Asked, Outgoing, Session, refused, reply};
 use super::dial::Dials;
 use super::{ANSWER, Shared, Whose, at_seat, fork};
+use crate::runtime::access::{Access, LOOK_ONLY, Rights};
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::Command;
 use axum::extract::ws::{Message, WebSocket};

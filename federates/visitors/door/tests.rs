@@ -54,6 +54,47 @@ fn who_speaks_for_one_of_ours_beside_the_federation_is_named() {
 }
 
 #[test]
+fn who_is_on_no_list_is_refused_by_its_reason_in_every_run() {
+    let mut door = door();
+    let from = vec!["10.0.0.0/28".parse().expect("a network")];
+    door.take_only(Senders::new(from, Vec::new(), BTreeSet::from([9])));
+    for _ in 0..2 {
+        door.knock(UTC_NS, source(1), &state(EntityId::new(9, 1, 1)));
+        door.knock(UTC_NS, source(1), &state(EntityId::new(417, 5, 1)));
+        door.knock(UTC_NS, source(1), &state(EntityId::new(8, 1, 1)));
+        door.knock(UTC_NS, source(99), &state(EntityId::new(9, 1, 2)));
+        let sites: Vec<u16> = door.admit(UTC_NS).iter().map(|w| w.about.site).collect();
+        assert_eq!(sites, [9, 417]);
+        assert_eq!(*door.refused(), BTreeMap::from([(NO_SENDER, 1), (NO_SITE, 1)]));
+        door.clear();
+    }
+}
+
+#[test]
+fn visitors_have_what_the_scenes_own_leave_of_its_targets() {
+    // Two are the scene's own.
+    for (most, inside) in [(1, 0), (2, 0), (5, 3), (usize::MAX, 9)] {
+        let mut door = door().with_targets(most);
+        for run in 0..2 {
+            for n in 0..9 {
+                door.knock(UTC_NS, source(1), &state(EntityId::new(9, 1, n)));
+            }
+            assert_eq!((door.admit(UTC_NS).len(), door.inside()), (inside, inside), "{most} {run}");
+            let over = door.refused().get("more targets than targets_max").copied();
+            assert_eq!(over.unwrap_or(0), 9 - inside as u64, "{most} {run}");
+            door.clear();
+        }
+    }
+    // Who is silent makes room.
+    let mut door = door().with_targets(3);
+    door.knock(UTC_NS, source(1), &state(EntityId::new(9, 1, 1)));
+    door.admit(UTC_NS);
+    let later = UTC_NS + ROOM_AFTER_NS;
+    door.knock(later, source(1), &state(EntityId::new(9, 1, 2)));
+    assert_eq!(door.admit(later).len(), 1);
+}
+
+#[test]
 fn a_flood_does_not_push_out_who_is_inside() {
     let mut door = door();
     let guest = EntityId::new(9, 9, 9);

@@ -1,11 +1,12 @@
-//! Who may look at the page, and who may command the run from it.
+//! Who may look at the page and at the run over HTTP, and who may command it from the page.
 //!
 //! A request must name this host by address or as `localhost` (no name that somebody else's DNS could point here),
 //! and a WebSocket must come from a page of the same origin or show a token. On loopback the page itself needs none;
 //! where the page can be reached from elsewhere, everybody does: two are drawn at each start, one to command and one to
 //! look.
 
-pub(super) use crate::runtime::connections::same_origin;
+#[cfg(test)]
+use super::connections::same_origin;
 use axum::http::{HeaderMap, header};
 use serde::Deserialize;
 use std::net::SocketAddr;
@@ -21,7 +22,7 @@ pub enum Rights {
 
 /// What becomes of a WebSocket that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ticket {
+pub(crate) enum Ticket {
     /// It has shown all that is needed.
     Let(Rights),
     /// Its first message must be a token.
@@ -29,7 +30,7 @@ pub(super) enum Ticket {
 }
 
 /// What is said to somebody who may not command.
-pub(super) const LOOK_ONLY: &str = "this address of the page is for looking; the other one that was printed at the start may command";
+pub(crate) const LOOK_ONLY: &str = "this address of the page is for looking; the other one that was printed at the start may command";
 
 /// 128 random bits as 32 hexadecimal digits. Neither printed by `Debug` nor logged.
 struct Token(String);
@@ -90,8 +91,14 @@ impl Access {
         !self.address.ip().is_loopback()
     }
 
+    /// What a program adds to an address of this port to look: nothing where no token is needed.
+    #[must_use]
+    pub fn key_to_look(&self) -> String {
+        if self.needs_token() { format!("?key={}", self.look.0) } else { String::new() }
+    }
+
     /// What is said to somebody without a sound token.
-    pub(super) fn needed(&self) -> &'static str {
+    pub(crate) fn needed(&self) -> &'static str {
         "this page needs a token: open the address that was printed where the run was started (http://…/#key=…)"
     }
 
@@ -99,7 +106,7 @@ impl Access {
     ///
     /// # Errors
     /// Why it is refused.
-    pub(super) fn ticket(&self, headers: &HeaderMap) -> Result<Ticket, &'static str> {
+    pub(crate) fn ticket(&self, headers: &HeaderMap) -> Result<Ticket, &'static str> {
         let text = |name| headers.get(name).and_then(|v: &header::HeaderValue| v.to_str().ok());
         if let Some(shown) = text(header::AUTHORIZATION) {
             let token = shown.strip_prefix("Bearer ").unwrap_or_default();
@@ -116,7 +123,7 @@ impl Access {
     ///
     /// # Errors
     /// Why it is refused.
-    pub(super) fn may_read(&self, headers: &HeaderMap) -> Result<(), &'static str> {
+    pub(crate) fn may_read(&self, headers: &HeaderMap) -> Result<(), &'static str> {
         let shown = headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
         match shown.and_then(|text| text.strip_prefix("Bearer ")) {
             Some(token) => self.rights(token).map(drop).ok_or(self.needed()),
@@ -125,12 +132,25 @@ impl Access {
         }
     }
 
+    /// The same for programs that set no header: a token may also stand in the address, as `key=` of its query.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    pub(crate) fn may_read_with(&self, headers: &HeaderMap, query: &str) -> Result<(), String> {
+        let words = "this port needs a token beyond loopback: ?key=TOKEN, or Authorization: Bearer TOKEN, as printed where the run was started";
+        let key = query.split('&').find_map(|pair| pair.strip_prefix("key="));
+        match key.filter(|_| !headers.contains_key(header::AUTHORIZATION)) {
+            Some(key) => self.rights(key).map(drop).ok_or(words.to_owned()),
+            None => self.may_read(headers).map_err(|_| words.to_owned()),
+        }
+    }
+
     /// Whether a request without a WebSocket may command the run: who shows the token, and on loopback a program of this host
     /// (a page of somebody else is refused before, by its origin).
     ///
     /// # Errors
     /// Why it is refused.
-    pub(super) fn may_command(&self, headers: &HeaderMap) -> Result<(), &'static str> {
+    pub(crate) fn may_command(&self, headers: &HeaderMap) -> Result<(), &'static str> {
         let shown = headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
         match shown.and_then(|text| text.strip_prefix("Bearer ")).map(|token| self.rights(token)) {
             Some(Some(Rights::Command)) => Ok(()),
@@ -141,7 +161,7 @@ impl Access {
     }
 
     /// What a browser's first message gives it.
-    pub(super) fn rights_of_message(&self, text: &str) -> Option<Rights> {
+    pub(crate) fn rights_of_message(&self, text: &str) -> Option<Rights> {
         #[derive(Deserialize)]
         #[serde(tag = "type", rename_all = "lowercase")]
         enum First {
@@ -209,6 +229,26 @@ mod tests {
         );
         assert!(at("0.0.0.0:8600").may_command(&headers("192.0.2.7:8600", None)).is_err());
         assert_eq!((access.url(), access.url_to_look()), ("http://127.0.0.1:8600/".into(), None));
+    }
+
+    #[test]
+    fn a_program_may_carry_its_token_in_the_address_where_one_is_needed() {
+        let (here, beyond) = (at("127.0.0.1:80"), at("192.0.2.7:80"));
+        let none = headers("192.0.2.7:80", None);
+        assert_eq!(here.key_to_look(), "");
+        assert!(here.may_read_with(&none, "").is_ok());
+        let key = beyond.key_to_look();
+        let query = key.strip_prefix('?').expect("a query");
+        assert!(beyond.may_read_with(&none, query).is_ok());
+        assert!(beyond.may_read_with(&none, &format!("since=3&{query}")).is_ok());
+        let short = &query[..query.len() - 1];
+        for wrong in ["", "key=", "key", short, &query.replacen("key", "token", 1)] {
+            assert!(beyond.may_read_with(&none, wrong).is_err(), "{wrong}");
+        }
+        // A wrong one in the head is not made good by another place.
+        let mut program = none;
+        program.insert(header::AUTHORIZATION, "Bearer 0".parse().expect("a header"));
+        assert!(beyond.may_read_with(&program, query).is_err());
     }
 
     #[test]
