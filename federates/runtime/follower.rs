@@ -43,8 +43,9 @@ pub struct Follower {
     read: u64,
     whole: u64,
     led: Led,
-    /// Questions so far, and when the next one is due.
+    /// Questions so far, whether the last one waits for its answer, and when the next one is due.
     asked: u64,
+    awaits: bool,
     ask_at: WallNs,
     silent_since: WallNs,
     said: String,
@@ -76,6 +77,7 @@ impl Follower {
             whole: 0,
             led: Led::default(),
             asked: 0,
+            awaits: false,
             ask_at: 0,
             silent_since: now,
             said: String::new(),
@@ -122,6 +124,7 @@ impl Follower {
             return Ok(None);
         }
         self.asked += 1;
+        self.awaits = true;
         self.ask_at = WallNs::MAX;
         let from = self.journal.end();
         let sum = self.journal.sum(from).map_err(|error| self.failed(error))?;
@@ -143,13 +146,12 @@ impl Follower {
         number: u64,
         steps: Option<Steps>,
     ) -> Result<Becomes, JournalError> {
-        if number != self.asked {
+        // The octets of an answer that comes twice would be in the journal twice.
+        if number != self.asked || !std::mem::take(&mut self.awaits) {
             return Ok(Becomes::Standby);
         }
         let Some(steps) = steps else {
-            if self.ask_at == WallNs::MAX {
-                self.ask_at = now + AGAIN_NS;
-            }
+            self.ask_at = now + AGAIN_NS;
             return Ok(Becomes::Standby);
         };
         self.heard(now);
@@ -250,6 +252,13 @@ impl Follower {
     #[must_use]
     pub fn standing(&self) -> Option<(usize, usize)> {
         self.standby.standing()
+    }
+
+    /// How it stands, for people.
+    #[must_use]
+    pub fn says(&self) -> String {
+        let (end, asked, at) = (self.journal.end(), self.asked, self.ask_at);
+        format!("follows, journal {end}, question {asked}, next at {at}, {:?}", self.standby)
     }
 
     /// Since when nothing was heard of a station, ns.

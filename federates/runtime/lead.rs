@@ -309,6 +309,20 @@ impl Lead {
         self.commit.standing()
     }
 
+    /// How it stands with its standby, for people: who may lead, what it has decided and not said, the voices that it has.
+    #[must_use]
+    pub fn says(&self) -> String {
+        let Led { epoch, standby } = self.commit.led();
+        let end = self.journal.as_ref().map_or(0, Journal::end);
+        let said = self.said.as_ref().map(|said| said.last_seq);
+        format!(
+            "leads epoch {epoch}, standby in: {standby}, {} turns not said, said to {said:?} of {}, journal {end}, {:?}",
+            self.held.len(),
+            self.conductor.own_beat().last_seq,
+            self.commit,
+        )
+    }
+
     /// When the next questions are due.
     #[must_use]
     pub fn questions_due(&self) -> WallNs {

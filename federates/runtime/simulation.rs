@@ -24,6 +24,10 @@ pub use network::Network;
 /// The standby of the station, as a fault names it; there is one from its start on.
 pub const STANDBY: &str = "standby";
 
+/// What one is told that the run goes on without, and how that is counted.
+const DONE_WITHOUT: &str = "the run goes on without";
+const LEFT_OUT: &str = "left out by the run";
+
 /// Where the station is, and its standby.
 const PLACES: [&str; 2] = [CONDUCTOR, STANDBY];
 

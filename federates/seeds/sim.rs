@@ -329,6 +329,29 @@ mod tests {
         }
     }
 
+    /// An answer to the standby came twice before its next question: what it held was no journal any more, it began anew, and with two of four
+    /// members gone nobody could say that the station goes on without it: time stood for good (seed 3061).
+    #[test]
+    fn an_answer_to_the_standby_that_comes_twice_changes_nothing() {
+        let fault = |at_ns: u64, who: &str, what: What| Fault { at_ns, who: who.to_owned(), what };
+        let [first, second] = ["traffic-generator-1", "traffic-generator-2"];
+        let aimed = What::Aimed(Event::Seal, 4_949_292, Box::new(What::Kill));
+        let faults = [
+            fault(240 * MS, "standby", What::Start),
+            fault(6_790 * MS, "standby", What::Pause(24 * MS)),
+            fault(4_200 * MS, first, What::Kill),
+            fault(10_000 * MS, first, What::Start),
+            fault(0, second, aimed),
+            fault(25_000 * MS, second, What::Start),
+        ];
+        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
+        let trial = Trial::new(Arc::new(scene), 20.0);
+        let whole = trial.undisturbed().expect("it ends");
+        let seen = &mut BTreeMap::new();
+        trial.holds(3_061, &faults, &whole, seen).unwrap_or_else(|why| panic!("{why}"));
+        assert_eq!(seen.get("standby is in"), Some(&1), "{seen:?}");
+    }
+
     /// One is killed, another one `gap_ms` later; each is started again after `again_ms`.
     fn pair(at_ms: u64, one: &str, gap_ms: u64, two: &str, again_ms: u64) -> Vec<Fault> {
         let fault =

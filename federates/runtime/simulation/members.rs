@@ -2,7 +2,7 @@
 
 use super::network::Parcel;
 use super::station::Role;
-use super::{Event, HELLO_AGAIN_NS, MS, Node, PLACES, Simulation};
+use super::{DONE_WITHOUT, Event, HELLO_AGAIN_NS, LEFT_OUT, MS, Node, PLACES, Simulation};
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::member::{CONDUCTOR, Effect, Member, Remake};
 use crate::runtime::messages::{Accepted, FinalReport, Frame, Hello, Kind, Report, RunConfig};
@@ -101,6 +101,7 @@ impl Simulation {
                 }
                 Effect::Dismissed(reason) => match self.nodes.get_mut(name) {
                     Some(node) if node.another => self.leaves(name, "another run was refused"),
+                    Some(_) if reason.contains(DONE_WITHOUT) => self.leaves(name, LEFT_OUT),
                     _ => self.broken.push(format!("{name} was dismissed: {reason}")),
                 },
                 Effect::Yielded(_) => {
@@ -144,7 +145,7 @@ impl Simulation {
     }
 
     /// Its process ends by itself, for the reason that is counted.
-    fn leaves(&mut self, name: &str, why: &'static str) {
+    pub(super) fn leaves(&mut self, name: &str, why: &'static str) {
         self.note(why);
         let Some(node) = self.nodes.get_mut(name) else { return };
         node.dead = true;

@@ -1,7 +1,10 @@
 //! The simulated hosts of the administration station and of its standby: what they decide is carried out, and what has to hold is checked.
 
 use super::network::Parcel;
-use super::{BEAT_NS, Event, LEASE_NS, MS, Node, PLACES, RECONNECT_NS, STRANGER, Simulation};
+use super::{
+    BEAT_NS, DONE_WITHOUT, Event, LEASE_NS, LEFT_OUT, MS, Node, PLACES, RECONNECT_NS, STRANGER,
+    Simulation,
+};
 use crate::runtime::conductor::{Conductor, Effect as Decision, Input, Token, Why};
 use crate::runtime::follower::{Becomes, Follower};
 use crate::runtime::journal::{Disk, Journal, JournalError, Past};
@@ -172,6 +175,20 @@ impl Simulation {
     pub fn conductor(&self) -> &Conductor {
         let lead = self.leader().and_then(|at| self.hosts[at].lead());
         lead.map_or(&self.none, Lead::conductor)
+    }
+
+    /// How the two stations stand, for people.
+    #[must_use]
+    pub fn stations(&self) -> Vec<String> {
+        let says = |(host, place): (&Host, &&str)| {
+            let says = match &host.role {
+                Role::None => "nobody".to_owned(),
+                Role::Leads(lead, _) => lead.says(),
+                Role::Follows(follower) => follower.says(),
+            };
+            format!("{place}{}: {says}", if host.dead { ", gone" } else { "" })
+        };
+        self.hosts.iter().zip(&PLACES).map(says).collect()
     }
 
     /// Where the station of the last epoch is.
@@ -698,6 +715,7 @@ impl Simulation {
             }
             Welcome::Later(_) => self.hello_later(&name),
             Welcome::NameTaken => self.note("refused"),
+            Welcome::Refused(why) if why.contains(DONE_WITHOUT) => self.leaves(&name, LEFT_OUT),
             Welcome::Refused(why) => {
                 // Another process of that name lives, as far as the conductor knows: later perhaps not.
                 self.note("refused");
