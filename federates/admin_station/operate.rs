@@ -82,6 +82,15 @@ pub(super) enum Operate {
         #[command(flatten)]
         at: AtArgs,
     },
+    /// Go on without a federate that is lost and that time stands for: from its last frame on nothing comes of it, and the run is another
+    /// one, degraded since a stated frame, until a restart
+    Without {
+        /// Who is lost, like traffic-generator-2
+        #[arg(value_name = "NAME")]
+        name: String,
+        #[command(flatten)]
+        at: AtArgs,
+    },
     /// Simulated seconds per wall second
     Rate {
         /// Factor, 0.001 to 1000, or "fast"
@@ -196,6 +205,7 @@ pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
         Operate::Move { name, to, at } => {
             (Command::Move { name: name.clone(), to: to.clone() }, at)
         }
+        Operate::Without { name, at } => (Command::Without { name: name.clone() }, at),
         Operate::Rate { rate, at } => {
             let rate = if rate == "fast" { Ok(f64::INFINITY) } else { cli::rate(rate) };
             match rate {

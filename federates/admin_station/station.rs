@@ -524,6 +524,7 @@ fn operation(token: Token, command: &Command, source: &str) -> Option<(Token, Op
         Command::Restart => "restart".to_owned(),
         Command::Rate { rate } => format!("rate {rate}"),
         Command::Move { name, to } => format!("move {name} {to}"),
+        Command::Without { name } => format!("without {name}"),
     };
     Some((token, Operation { source: source.to_owned(), command, ..Operation::default() }))
 }

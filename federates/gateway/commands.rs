@@ -154,6 +154,14 @@ pub fn read(octets: &[u8]) -> Result<(Wish, String), String> {
             (Some(name), Some(to)) => Command::Move { name, to },
             _ => return Err("move: give name, whose place, and to, whose process takes it".into()),
         },
+        "without" => match asked.name {
+            Some(name) => Command::Without { name },
+            None => {
+                return Err(
+                    "without: give name, which lost federate the run goes on without".into()
+                );
+            }
+        },
         "step" => match asked.n.unwrap_or(1) {
             n @ 1..=LONGEST_STEP => Command::Step { n },
             n => return Err(format!("n is {n}; a step has 1 to {LONGEST_STEP} frames")),

@@ -382,6 +382,67 @@ fn who_reads_no_control_stands_where_its_own_producers_are_cut() {
     came_back(&net, false);
 }
 
+fn without(at_ns: u64, name: &str) -> Fault {
+    fault(at_ns, "", What::Command(Command::Without { name: name.into() }))
+}
+
+/// Two are lost; the run goes on without one of them and stands for the other until that is back, whichever comes first.
+#[test]
+fn time_stands_for_the_rest_of_those_that_are_lost() {
+    let mut config = config(false, "freeze");
+    config.closes = None;
+    for (name, other) in [(GENERATORS[0], SMDFM), (WORLD, GENERATORS[1]), (SMDFM, GENERATORS[0])] {
+        for (without_ms, again_ms) in [(2_000, 4_000), (4_000, 2_000)] {
+            let mut net = net(3, config.clone(), 0);
+            run(&mut net, |from| {
+                let at = from + 500 * MS;
+                let [killed, started] = killed(at, other, again_ms);
+                vec![
+                    killed,
+                    started,
+                    fault(at + 20 * MS, name, What::Kill),
+                    without(at + without_ms * MS, name),
+                ]
+            });
+            let closed = &net.closed[0];
+            assert!(!closed.failed && closed.frame == LAST, "{name}: {:?}", closed.reasons);
+            assert!(net.broken.is_empty(), "{:?}", net.broken);
+            assert!(net.answers[0].0, "{:?}", net.answers);
+            let said = |what: &str| closed.reasons.iter().filter(|r| r.contains(what)).count();
+            assert_eq!(
+                (said("degraded since"), said("back after")),
+                (1, 1),
+                "{:?}",
+                closed.reasons
+            );
+            // It stood all the time that somebody was awaited.
+            let stood = net.reached.iter().filter(|(phase, ..)| *phase == Phase::Frozen).count();
+            assert_eq!(stood, 1, "{:?}", net.reached);
+        }
+    }
+}
+
+/// One that is on its way back while it is said that the run goes on without it is not taken any more.
+#[test]
+fn who_is_done_without_is_not_let_in_again() {
+    for late_ms in [0, 1, 2, 4, 8, 15, 30] {
+        let mut net = net(5, config(false, "freeze"), 0);
+        run(&mut net, |from| {
+            let at = from + 700 * MS;
+            let [killed, started] = killed(at, GENERATORS[1], 3_000);
+            vec![killed, started, without(at + (3_000 + late_ms) * MS, GENERATORS[1])]
+        });
+        let closed = &net.closed[0];
+        assert!(!closed.failed && closed.frame == LAST, "{late_ms}: {:?}", closed.reasons);
+        let (ok, said) = &net.answers[0];
+        let gone = closed.reasons.iter().any(|r| r.starts_with("degraded since frame "));
+        assert_eq!(*ok, gone, "{late_ms}: {said}");
+        if !ok {
+            came_back(&net, false);
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 

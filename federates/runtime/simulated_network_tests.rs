@@ -522,6 +522,50 @@ fn a_degraded_run_goes_on_and_says_since_which_frame() {
     }
 }
 
+/// Time stands for one that is lost, until somebody says that the run goes on without it: from then on it is as under `degrade`.
+#[test]
+fn a_run_that_stands_for_one_that_is_lost_goes_on_without_it_by_command() {
+    let without =
+        |at, name: &str| fault(at, "", What::Command(Command::Without { name: name.into() }));
+    for (name, batch) in
+        [("traffic-generator", false), ("external-world", false), ("external-world", true)]
+    {
+        let mut config = config(2.0, batch);
+        config.losses.return_ms = Some(ReturnWithin::Ms(60_000));
+        let mut net = net(3, config, network(10));
+        run_until_running(&mut net);
+        let at = net.now + 400 * MS;
+        let faults = [
+            without(at - MS, name),
+            fault(at, name, What::Kill),
+            without(at + 4_000 * MS, "smdfm"),
+            without(at + 5_000 * MS, name),
+            without(at + 5_500 * MS, name),
+            // Too late to be taken back.
+            fault(at + 5_600 * MS, name, What::Start),
+        ];
+        net.run_to_close(at + 4_900 * MS, &faults[..3]);
+        assert_eq!(net.conductor().phase(), Phase::Frozen, "{name}");
+        net.run_to_close(at + MINUTE, &faults[3..]);
+        let said: Vec<_> = net.answers.iter().map(|(ok, text)| (*ok, &text[..])).collect();
+        let closed = net.closed.first().unwrap_or_else(|| panic!("{:?}", net.conductor().state()));
+        let reason = closed.reasons.iter().find(|r| r.starts_with("degraded")).expect("it says so");
+        let since = reason.strip_prefix("degraded since frame ").expect("since when");
+        let (since, why) = since.split_once(": ").expect("a reason");
+        assert!(why.starts_with(name) && why.ends_with("goes on without it by command"), "{why}");
+        let begins = format!("goes on without {name} from frame {since}");
+        assert_eq!((said.len(), said[2].0), (4, true), "{said:?}");
+        assert!(said[0].1.contains("nobody is lost") && said[2].1.starts_with(&begins), "{said:?}");
+        assert!(said[1].1.contains(&format!("'smdfm' is not lost; lost: {name}")), "{said:?}");
+        assert!(!said[0].0 && !said[1].0 && !said[3].0, "{said:?}");
+        let since: Frame = since.parse().expect("a frame");
+        assert!(!closed.failed && closed.frame == LAST, "{:?}", closed.reasons);
+        assert_eq!(net.value(0, "eaten"), made_up_to(LAST) + made_up_to(since - 1), "{name}");
+        assert!(net.broken.is_empty(), "{:?}", net.broken);
+        assert_eq!(net.seen.get("left out by the run"), Some(&1), "who came too late");
+    }
+}
+
 #[test]
 fn an_aborted_run_is_closed_where_it_stands() {
     for (batch, policies) in [(true, "abort"), (false, "degrade,smdfm=abort")] {

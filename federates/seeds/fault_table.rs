@@ -171,6 +171,15 @@ fn rows() -> Vec<Row> {
             vec![(5.0, GENERATOR, What::Kill)],
         ),
         row(
+            "without-generator",
+            "a generator is killed, after 3 s an operator says that the run goes on without it",
+            "freeze",
+            vec![
+                (5.0, GENERATOR, What::Kill),
+                order(8.0, Command::Without { name: GENERATOR.to_owned() }),
+            ],
+        ),
+        row(
             "abort-generator",
             "a generator is killed, the run is closed",
             "abort",
@@ -414,7 +423,8 @@ mod tests {
         for row in rows().into_iter().filter(|row| !row.faults.iter().any(|f| f.1 == CONTROL)) {
             let seen =
                 see(&trial, &row, &whole).unwrap_or_else(|why| panic!("{}: {why}", row.name));
-            let told = ["degrade", "abort"].contains(&row.on_loss);
+            let by_command = row.name.starts_with("without");
+            let told = by_command || ["degrade", "abort"].contains(&row.on_loss);
             assert_eq!(seen.lost > 0, told, "{}: {seen:?}", row.name);
             assert_eq!(seen.same, !told, "{}: {seen:?}", row.name);
             assert_eq!(seen.exit, u8::from(row.on_loss == "abort"), "{}: {seen:?}", row.name);

@@ -96,6 +96,7 @@ fn words(command: &Command) -> String {
         Command::Rate { rate } if rate.is_infinite() => "rate fast".to_owned(),
         Command::Rate { rate } => format!("rate {rate}"),
         Command::Move { name, to } => format!("move {name} {to}"),
+        Command::Without { name } => format!("without {name}"),
     }
 }
 

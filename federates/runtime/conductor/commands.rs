@@ -1,6 +1,6 @@
 //! What operators ask of a run, and its answers.
 
-use super::{Conductor, Effect, Goal, Token};
+use super::{Conductor, Effect, Fault, Goal, Token};
 use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Refused, Transition, possible, steps};
 use crate::runtime::messages::{Command, Order};
@@ -127,8 +127,71 @@ impl Conductor {
                 };
                 effects.push(Effect::Answer(token, self.answer(ok, &text)));
             }
+            Command::Without { name } => {
+                let (ok, text) = match self.leave_out(now, &name, effects) {
+                    Ok(text) => (true, text),
+                    Err(text) => (false, text),
+                };
+                effects.push(Effect::Answer(token, self.answer(ok, &text)));
+            }
         }
         self.push_state(now, effects);
+    }
+
+    /// Goes on without a lost member that time stands for, as `on_loss = "degrade"` would have from the begin.
+    ///
+    /// # Errors
+    /// Why not, for a person.
+    fn leave_out(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        effects: &mut Vec<Effect>,
+    ) -> Result<String, String> {
+        if !matches!(self.phase, Phase::Running | Phase::Frozen) {
+            return Err(format!(
+                "'without' is not possible while {}; possible now: {}",
+                self.phase,
+                possible(self.phase)
+            ));
+        }
+        let lost = self.lost_names();
+        if !lost.iter().any(|lost| lost == name) {
+            return Err(match lost.is_empty() {
+                true => "time stands for nobody: nobody is lost".to_owned(),
+                false => format!("'{name}' is not lost; lost: {}", lost.join(", ")),
+            });
+        }
+        let (Some(cut), false) = (self.views.cut(name), self.views.is_open()) else {
+            return Err("a loss is being settled: ask again".to_owned());
+        };
+        let Some(inc) = self.views.removed().get(name).map(|removed| removed.inc) else {
+            return Err(format!("'{name}' is not lost"));
+        };
+        let of = |f: &&mut Fault| f.name == name && f.back.is_none();
+        let mut reasons: Vec<String> = Vec::new();
+        for fault in self.faults.iter_mut().filter(of) {
+            reasons.push(std::mem::take(&mut fault.text));
+        }
+        self.faults.retain(|f| f.name != name || f.back.is_some());
+        let reason = format!("{}; goes on without it by command", reasons.join("; "));
+        self.absent.insert(name.to_owned(), reason);
+        self.hosted.remove(name);
+        self.moving.remove(name);
+        if self.lost_names().is_empty() {
+            self.return_deadline = None;
+        }
+        // One that was on its way back is not taken any more.
+        if let Some(member) = self.members.get_mut(name).filter(|m| m.returning) {
+            member.returning = false;
+            let inc = member.inc;
+            let reason =
+                format!("the run goes on without '{name}': it takes part again after a restart");
+            self.say(Order::Dismiss { name: name.to_owned(), inc, reason }, effects);
+        }
+        self.open_view(now, name, inc, true, effects);
+        let since = cut.map_or(0, |cut| cut + 1);
+        Ok(format!("goes on without {name} from frame {since}"))
     }
 
     /// Producers whose places other processes can take.
@@ -204,9 +267,13 @@ impl Conductor {
         let awaited = self.lost_names();
         (!awaited.is_empty()).then(|| {
             format!(
-                "time stands: {}; possible now: start {} again, stop, restart",
+                "time stands: {}; possible now: start {} again, go on without {}, stop, restart",
                 self.open_faults().join("; "),
                 awaited.join(" and "),
+                match &awaited[..] {
+                    [one] => one,
+                    _ => "them, one by one",
+                },
             )
         })
     }

@@ -211,7 +211,7 @@ impl Conductor {
         self.push_state(now, effects);
     }
 
-    fn open_view(
+    pub(super) fn open_view(
         &mut self,
         now: WallNs,
         name: &str,
@@ -245,6 +245,11 @@ impl Conductor {
         if self.phase == Phase::Frozen && self.views.waits() && !self.views.is_open() {
             self.faulty_freeze(now, effects);
             return;
+        }
+        let goes_on = !self.views.waits() && !self.views.is_open();
+        if self.phase == Phase::Frozen && self.frozen_by_fault && goes_on {
+            // Whom time stood for is done without.
+            return self.go_on(now, effects);
         }
         self.settle(now, effects);
     }

@@ -35,6 +35,11 @@ pub enum Command {
         /// Whose process.
         to: String,
     },
+    /// Go on without a federate that is lost and that time stands for.
+    Without {
+        /// Its name.
+        name: String,
+    },
 }
 
 /// A [`Command`] and where it came from, for the log of operations.
