@@ -85,6 +85,10 @@ pub struct AdminArgs {
     #[arg(long, requires = "journal", conflicts_with = "progress")]
     standby: bool,
 
+    /// Leave the run to the next station with this journal when a launcher that dies ends this process
+    #[arg(long, hide = true, requires = "journal")]
+    leave: bool,
+
     #[command(flatten)]
     losses: cli::LossArgs,
 
@@ -235,7 +239,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         config.await_spectators.push(GATEWAY.to_owned());
         config.await_spectators_ns = config.await_spectators_ns.max(10_000_000_000);
     }
-    if args.journal.is_some() && !launched() {
+    if args.journal.is_some() && (args.leave || !launched()) {
         // Who ends a process of a host, not a run: the next one with this journal goes on.
         let leave = events.0.clone();
         on_termination(move || {

@@ -323,6 +323,8 @@ pub struct Conductor {
     /// Frozen because a member is lost, not by command.
     frozen_by_fault: bool,
     return_deadline: Option<WallNs>,
+    /// Until then who was lost with the station before this process has time to find it.
+    sought_until: WallNs,
     /// A run of this federation ended by a fault.
     failed: bool,
     last_tick: WallNs,
@@ -370,6 +372,7 @@ impl Conductor {
             autostart: config.autostart,
             frozen_by_fault: false,
             return_deadline: None,
+            sought_until: 0,
             failed: false,
             last_tick: 0,
             config,

@@ -993,6 +993,35 @@ fn one_that_dies_with_its_results_told_holds_nobody_up() {
     }
 }
 
+/// All processes are lost, the station among them, and started again much later (`seeds run --continue`): also a run that ends by itself, and
+/// would be closed at once where a member is lost, waits until they have found the station.
+#[test]
+fn a_run_whose_processes_are_all_gone_goes_on_from_its_journal() {
+    for (batch, at_ms, apart_ms) in [(false, 900, 0), (true, 900, 0), (true, 40, 300)] {
+        let mut config = with_control(2.0);
+        config.batch = batch;
+        let mut net = net(3, config, network(10));
+        run_until_running(&mut net);
+        let at = net.now + at_ms * MS;
+        let all = [CONDUCTOR].iter().chain(&ALL);
+        let mut faults: Vec<Fault> = all.clone().map(|who| fault(at, who, What::Kill)).collect();
+        faults.extend(
+            (0..)
+                .zip(all)
+                .map(|(n, who)| fault(at + (20_000 + n * apart_ms) * MS, who, What::Start)),
+        );
+        net.run_to_close(at + 2 * MINUTE, &faults);
+        let closed = net.closed.first();
+        let closed = closed.unwrap_or_else(|| panic!("{at_ms}: {:?}", net.conductor().state()));
+        assert!(!closed.failed, "{at_ms}: {:?}", closed.reasons);
+        assert_eq!(eaten(&net, 0), whole(), "{at_ms}");
+        assert!(net.broken.is_empty(), "{at_ms}: {:?}", net.broken);
+        assert_eq!(net.seen.get("station made again"), Some(&1));
+        let back = closed.reasons.iter().filter(|r| r.contains("back after")).count();
+        assert_eq!(back, ALL.len(), "{:?}", closed.reasons);
+    }
+}
+
 /// Its journal is behind the run from then on: whoever is started next must not go on from it.
 #[test]
 fn a_station_whose_disk_is_full_goes_on_and_leaves_no_journal() {

@@ -105,6 +105,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Err(e) = args.losses.check_balance(&losses) {
         return fail(BAD_INPUT, e);
     }
+    if let Err(e) = Journaled::check(args) {
+        return fail(BAD_INPUT, format!("{e:#}"));
+    }
     match processes(args, control, &losses, &endpoint, &agents) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
@@ -159,7 +162,7 @@ fn processes(
     names.extend((1..=args.smdfms).map(smdfm_name));
     names.extend(["external-world", "control", "visitors"].map(str::to_owned));
     places::place(&mut launched, agents, &names, &args.network)?;
-    let journal = Journaled::of(losses)?;
+    let journal = Journaled::of(args, losses)?;
     start_all(args, control, endpoint, journal.as_ref(), &mut launched)?;
 
     let mut summary = None;
@@ -232,7 +235,7 @@ fn processes(
                     && ended_with < 0
                     && interrupts == 0
                     && summary.is_none()
-                    && journal.is_some()
+                    && journal.as_ref().is_some_and(|journal| journal.again)
                 {
                     say(&format!("admin-station ended ({}); time stands", ending(ended_with)));
                     again.push((monotonic_ns() + STATION_AGAIN_NS, name));
@@ -333,29 +336,68 @@ fn others_take(launched: &Launched, name: &str) -> bool {
     produces(name) && launched.running().iter().any(|other| produces(other))
 }
 
-/// The journal of a station that is started again where it dies: a file for as long as this launcher runs.
-struct Journaled(PathBuf);
+/// The journal of a station that is started again where it dies: a file for as long as this launcher runs, or one that outlives it.
+struct Journaled {
+    file: PathBuf,
+    /// A person named it: only the station removes it, at the end of its run.
+    named: bool,
+    /// A station that dies is started again with it.
+    again: bool,
+}
 
 impl Journaled {
-    /// Where `losses` say that another process takes the place of the station.
-    fn of(losses: &Losses) -> anyhow::Result<Option<Self>> {
-        if losses.on_loss.of(STATION) != Some(OnLoss::TakeOver) {
+    /// Where a file is named, or `losses` say that another process takes the place of the station.
+    fn of(args: &RunArgs, losses: &Losses) -> anyhow::Result<Option<Self>> {
+        let again = losses.on_loss.of(STATION) == Some(OnLoss::TakeOver);
+        if let Some(file) = &args.continues {
+            return Ok(Some(Self { file: file.clone(), named: true, again }));
+        }
+        if let Some(file) = &args.journal {
+            return Ok(Some(Self { file: file.clone(), named: true, again }));
+        }
+        if !again {
             return Ok(None);
         }
         let name = format!("seeds-{:032x}.journal", random_id());
-        let path = std::env::temp_dir().join(name);
-        std::fs::File::create_new(&path).with_context(|| {
-            let (path, help) = (path.display(), "set TMPDIR to a folder where this user may write");
-            format!("the journal of the station, {path}: {help}")
+        let file = std::env::temp_dir().join(name);
+        std::fs::File::create_new(&file).with_context(|| {
+            let (file, help) = (file.display(), "set TMPDIR to a folder where this user may write");
+            format!("the journal of the station, {file}: {help}")
         })?;
-        Ok(Some(Self(path)))
+        Ok(Some(Self { file, named: false, again }))
+    }
+
+    /// What the command line says of it can be used, before anything is started.
+    fn check(args: &RunArgs) -> anyhow::Result<()> {
+        if let Some(file) = &args.continues {
+            let length = std::fs::metadata(file).map(|m| if m.is_file() { m.len() } else { 0 });
+            let length = length.with_context(|| {
+                format!("--continue {}: the file that a run was given as --journal", file.display())
+            })?;
+            anyhow::ensure!(
+                length > 0,
+                "--continue {}: no journal of a run; it is the file that a run was given as --journal",
+                file.display()
+            );
+        }
+        if let Some(file) = &args.journal {
+            anyhow::ensure!(
+                !file.exists(),
+                "--journal {}: the file is there already: --continue FILE goes on with its run; remove it, or name another, to begin one",
+                file.display()
+            );
+            cli::writable(file).context("--journal")?;
+        }
+        Ok(())
     }
 }
 
 impl Drop for Journaled {
     fn drop(&mut self) {
         // The station has removed it at the end of its run.
-        let _ = std::fs::remove_file(&self.0);
+        if !self.named {
+            let _ = std::fs::remove_file(&self.file);
+        }
     }
 }
 
@@ -416,8 +458,11 @@ fn start_all(
         admin.extend(["--smdfms".to_owned(), args.smdfms.to_string()]);
     }
     admin.extend(args.losses.arguments());
-    if let Some(Journaled(file)) = journal {
+    if let Some(Journaled { file, named, .. }) = journal {
         admin.extend(["--journal".to_owned(), file.display().to_string()]);
+        if *named {
+            admin.push("--leave".to_owned());
+        }
     }
     if options.visitors {
         admin.push("--visitors".to_owned());

@@ -52,6 +52,16 @@ pub struct RunArgs {
     #[arg(long, value_name = "DIR", value_parser = cli::report_folder)]
     pub report: Option<PathBuf>,
 
+    /// Keep what the station is told in FILE, which is removed when the run is over: where all processes are gone before that, and the host
+    /// with them, `--continue FILE` goes on
+    #[arg(long, value_name = "FILE", conflicts_with = "in_process")]
+    pub journal: Option<PathBuf>,
+
+    /// Go on with a run whose processes are all gone, from the journal that it kept (--journal FILE): everybody makes it again up to the last
+    /// frame that all had ended. Scene, seed and flags are to be the same
+    #[arg(long = "continue", value_name = "FILE", conflicts_with_all = ["journal", "in_process"])]
+    pub continues: Option<PathBuf>,
+
     /// All federates in this process, over a bus in memory
     #[arg(long)]
     pub in_process: bool,

@@ -379,3 +379,37 @@ fn a_log_of_the_run_without_room_is_told_at_once_and_to_who_would_return() {
     assert!(is_in(&ports, "FROZEN"), "nobody is let in without his inputs");
     let _ = going.interrupt();
 }
+
+/// Every process of a run is killed, the launcher first; the same command with `--continue` goes on, to the digest of the run in which nothing
+/// happened, and leaves no journal. A file that is there is not written over, and one that is none is refused.
+#[test]
+fn a_run_whose_processes_are_all_killed_is_continued() {
+    let folder = Folder::new("continued");
+    let journal = &folder.file("run.journal");
+    let of_run = ["zurich", "--rate", "4", "--duration", "60", "--no-viewer", "--no-visitors"];
+    let with = |ports: &Ports, flag: &str| run(ports, &[&of_run[..], &[flag, journal]].concat());
+    let ports = Ports::new();
+    let none = finish(with(&ports, "--continue"));
+    assert_eq!(none.status.code(), Some(2), "{}", common::stderr(&none));
+    let first = Background::start(with(&ports, "--journal"));
+    let frame = || common::status(&ports)?["state"]["frame"].as_u64().filter(|at| *at > 200);
+    wait_for(SOON, frame).expect("it runs");
+    let twice = finish(with(&Ports::new(), "--journal"));
+    let words = common::stderr(&twice);
+    assert!(twice.status.code() == Some(2) && words.contains("--continue FILE"), "{words}");
+    let all = common::processes(&ports.sync);
+    assert!(all.len() >= 5, "{all:?}");
+    common::kill("KILL", first.0.id() as i32);
+    all.iter().for_each(|pid| common::kill("KILL", *pid));
+    assert!(wait_for(SOON, || common::processes(&ports.sync).is_empty().then_some(())).is_some());
+    drop(first);
+    let output = finish(with(&ports, "--continue"));
+    assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
+    let found = summary(&output);
+    let alone = ["zurich", "--in-process", "--fast", "--duration", "60"];
+    let undisturbed = summary(&finish(run(&Ports::new(), &alone)));
+    for key in ["digest", "track_digest", "frames"] {
+        assert_eq!(found[key], undisturbed[key], "{key}: {found}");
+    }
+    assert!(!std::path::Path::new(journal).exists(), "the run is over");
+}

@@ -138,6 +138,7 @@ impl Conductor {
             member.token_gone = false;
             member.ran_out = false;
         }
+        self.sought_until = now + 2 * FOUND_AGAIN_NS;
         // What was awaited within a time cannot come before its sender has found this station; who does not is missed first.
         for deadline in [&mut self.finish_deadline, &mut self.return_deadline].into_iter().flatten()
         {

@@ -257,7 +257,7 @@ impl Conductor {
     /// Frozen with a member lost: what the policy says.
     pub(super) fn faulty_freeze(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         self.fail_pending(effects);
-        let within = self.return_ns();
+        let within = self.return_ns(now);
         self.return_deadline = within.map(|within| now + within);
         let lost = self.lost_names();
         let aborts = lost.iter().any(|name| self.on_loss(name) == OnLoss::Abort);
@@ -291,13 +291,18 @@ impl Conductor {
         matches!(self.phase, Phase::Running | Phase::Frozen) || self.awaits_results()
     }
 
-    /// How long the lost are waited for. A batch ends at once where nobody would start them again.
-    pub(super) fn return_ns(&self) -> Option<WallNs> {
+    /// How long the lost are waited for. A batch ends at once where nobody would start them again; who was lost with the station has as
+    /// long as it takes to find that one.
+    pub(super) fn return_ns(&self, now: WallNs) -> Option<WallNs> {
         let taken_over = |name: &String| self.on_loss(name) == OnLoss::TakeOver;
+        let unheard = |name: &String| self.members.get(name).is_some_and(|m| !m.heard);
         match self.config.losses.return_ms {
             Some(ReturnWithin::Ms(ms)) => Some(ms * 1_000_000),
             Some(ReturnWithin::NoEnd) => None,
             None if !self.config.batch => None,
+            None if self.sought_until > now && self.lost_names().iter().any(unheard) => {
+                Some(self.sought_until - now)
+            }
             None if self.lost_names().iter().all(taken_over) => Some(TAKE_OVER_NS),
             None => Some(0),
         }

@@ -103,7 +103,7 @@ impl Conductor {
             && !self.frozen_by_fault
             && self.frame() >= self.config.last_frame;
         let returns = matches!(self.on_loss(name), OnLoss::Freeze | OnLoss::TakeOver);
-        let within = self.return_ns();
+        let within = self.return_ns(now);
         if !all_made || !returns || within == Some(0) {
             return false;
         }
