@@ -1,6 +1,7 @@
 //! What is known of the run, for everybody who asks: last values, encoded when somebody wants them.
 
-use super::adsb::{self, Feed, Piece};
+use super::adsb::{self, Addressed, Feed, Piece};
+use super::opensky;
 use super::public::{self, Heading};
 use super::{Choice, Gateway};
 use crate::runtime::life_cycle::Phase;
@@ -16,6 +17,9 @@ use tokio::sync::watch;
 /// Keys that have one last value.
 pub const KEYS: [&str; 9] =
     ["state", "scan", "tracks", "plots", "truth", "flights", "weather", "operation", "handovers"];
+
+/// Octets of one datagram of GDL 90.
+const DATAGRAM: usize = 1400;
 
 /// Handovers that are told.
 const HANDOVERS: usize = 64;
@@ -164,6 +168,25 @@ impl Board {
         }
     }
 
+    /// GDL 90 messages of the last scan: a heartbeat and a report of each target, as datagrams.
+    #[must_use]
+    pub fn gdl90(&self) -> Vec<Vec<u8>> {
+        let known = self.known();
+        let Some(scan) = &known.scan else { return Vec::new() };
+        let second = known.gateway.utc_ns(scan.time_ns).div_euclid(1_000_000_000);
+        let mut datagrams = vec![Vec::new()];
+        mode_s::gdl90::heartbeat(&mut datagrams[0], second.rem_euclid(86_400) as u32);
+        for Addressed { target, .. } in &known.targets {
+            let mut report = Vec::new();
+            mode_s::gdl90::traffic(&mut report, target);
+            match datagrams.last_mut() {
+                Some(last) if last.len() + report.len() <= DATAGRAM => last.extend(report),
+                _ => datagrams.push(report),
+            }
+        }
+        datagrams
+    }
+
     /// Moves all times, as [`Gateway::shift_to`].
     pub fn shift_to(&self, time_ns: i64, utc_ns: i64) {
         self.known().gateway.shift_to(time_ns, utc_ns);
@@ -258,6 +281,7 @@ impl Board {
                 Some(public::geojson(all, "truth"))
             }
             "aircraft.json" => Some(known.feed.aircraft_json(gateway, scan()?, &known.targets)),
+            "states" => Some(opensky::states(gateway, scan()?, &known.targets)),
             "receiver.json" => Some(adsb::receiver_json(gateway)),
             _ => {
                 let status = known.federates.get(key.strip_prefix("federate/")?)?;

@@ -148,6 +148,10 @@ pub struct FeedArgs {
     /// FlightGear multiplayer packets of all entities, to an address or the name of a host
     #[arg(long, value_name = "HOST:PORT", value_parser = host_and_port)]
     flightgear: Vec<SocketAddr>,
+
+    /// Traffic reports (GDL 90) of all targets with an address each scan, for displays in cockpits: to an address or the name of a host, port 4000 by custom
+    #[arg(long, value_name = "HOST:PORT", value_parser = host_and_port)]
+    gdl90: Vec<SocketAddr>,
 }
 
 impl FeedArgs {
@@ -158,6 +162,7 @@ impl FeedArgs {
             || self.public.is_some()
             || self.public_read_only
             || !self.flightgear.is_empty()
+            || !self.gdl90.is_empty()
     }
 
     /// Where clients connect: what was asked for, else (`false`) the place that a gateway has by itself.
@@ -197,6 +202,9 @@ impl FeedArgs {
         }
         for address in &self.flightgear {
             line.extend(["--flightgear".to_owned(), address.to_string()]);
+        }
+        for address in &self.gdl90 {
+            line.extend(["--gdl90".to_owned(), address.to_string()]);
         }
         line.extend(self.public.iter().map(|endpoint| format!("--public={endpoint}")));
         for (flag, is) in [
@@ -506,6 +514,7 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
                 Some(AdsbFrom::Truth) | None => Origin::Truth,
             },
             flightgear: feeds.flightgear.clone(),
+            gdl90: feeds.gdl90.clone(),
         },
         exercise,
         patience: patience(),

@@ -1,9 +1,10 @@
 //! The run over HTTP: last values as JSON and GeoJSON, a stream of scans, and what the map of a receiver reads.
 //!
-//! Nothing but GET. A request must name this host by address or as `localhost`, as the page asks it. Connections are bounded and live for a
-//! minute; a stream is then opened again by the browser itself.
+//! Nothing but GET. A request must name this host by address or as `localhost`, as the page asks it, and beyond loopback show a token
+//! ([`access`](crate::runtime::access)). Connections are bounded and live for a minute; a stream is then opened again by the browser itself.
 
 use super::board::{Board, KEYS};
+use crate::runtime::access::Access;
 use crate::runtime::connections::{self, same_origin};
 use anyhow::Context;
 use axum::body::{Body, Bytes};
@@ -24,12 +25,13 @@ use tokio::time::timeout;
 /// A running server.
 pub struct Http {
     address: SocketAddr,
+    access: Arc<Access>,
     stop: oneshot::Sender<()>,
     thread: JoinHandle<()>,
 }
 
 /// Paths under `/api/v1/` beside the keys.
-const MORE: [&str; 4] = ["tracks.geojson", "truth.geojson", "stream", "schema"];
+const MORE: [&str; 5] = ["tracks.geojson", "truth.geojson", "states", "stream", "schema"];
 /// Scans that may wait for a reader of the stream.
 const WAITING: usize = 2;
 /// How long a reader of the stream may read nothing.
@@ -39,7 +41,7 @@ impl Http {
     /// Serves the board.
     ///
     /// # Errors
-    /// If the address cannot be listened on, or no thread started.
+    /// If the address cannot be listened on, no thread started, or no token drawn.
     pub fn serve(address: SocketAddr, board: Arc<Board>) -> anyhow::Result<Self> {
         let socket =
             std::net::TcpListener::bind(address).with_context(|| format!("--http {address}"))?;
@@ -47,6 +49,8 @@ impl Http {
         let address = socket.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (stop, stopped) = oneshot::channel();
+        let access = Arc::new(Access::at(address)?);
+        let state = Arc::new(Shared { board, access: Arc::clone(&access) });
         let body = move || {
             runtime.block_on(async {
                 let accept = async {
@@ -54,7 +58,7 @@ impl Http {
                     let router = axum::Router::new()
                         .fallback(answer)
                         .layer(DefaultBodyLimit::max(1024))
-                        .with_state(board);
+                        .with_state(state);
                     connections::serve(&listener, &router).await;
                     std::io::Result::Ok(())
                 };
@@ -66,13 +70,19 @@ impl Http {
             runtime.shutdown_background();
         };
         let thread = std::thread::Builder::new().name("http".into()).spawn(body)?;
-        Ok(Self { address, stop, thread })
+        Ok(Self { address, access, stop, thread })
     }
 
     /// Where it listens.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// What is added to an address to be let in: nothing on loopback.
+    #[must_use]
+    pub fn key(&self) -> String {
+        self.access.key_to_look()
     }
 
     /// Closes all connections.
@@ -82,10 +92,20 @@ impl Http {
     }
 }
 
-async fn answer(State(board): State<Arc<Board>>, request: Request) -> Response {
+struct Shared {
+    board: Arc<Board>,
+    access: Arc<Access>,
+}
+
+async fn answer(State(shared): State<Arc<Shared>>, request: Request) -> Response {
     if let Err(reason) = same_origin(request.headers()) {
         return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
     }
+    let query = request.uri().query().unwrap_or_default();
+    if let Err(reason) = shared.access.may_read_with(request.headers(), query) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let board = &shared.board;
     if ![Method::GET, Method::HEAD].contains(request.method()) {
         let allowed = [(header::ALLOW, "GET, HEAD")];
         return (StatusCode::METHOD_NOT_ALLOWED, allowed, "read only\n").into_response();
@@ -93,12 +113,14 @@ async fn answer(State(board): State<Arc<Board>>, request: Request) -> Response {
     let path = request.uri().path();
     let key = match path {
         "/data/aircraft.json" => Some("aircraft.json"),
+        // As clients of the OpenSky Network ask.
+        "/api/states/all" => Some("states"),
         "/data/receiver.json" => Some("receiver.json"),
         _ => path.strip_prefix("/api/v1/").filter(|key| !key.ends_with("r.json")),
     };
     let Some(key) = key else { return not_found(path) };
     if key == "stream" {
-        return stream(board);
+        return stream(Arc::clone(board));
     }
     let known = KEYS.contains(&key)
         || MORE.contains(&key)
@@ -126,7 +148,7 @@ fn not_found(path: &str) -> Response {
     for key in KEYS.iter().chain(&MORE) {
         text += &format!("/api/v1/{key}\n");
     }
-    text += "/api/v1/federate/NAME\n/data/aircraft.json\n/data/receiver.json\n";
+    text += "/api/v1/federate/NAME\n/api/states/all\n/data/aircraft.json\n/data/receiver.json\n";
     (StatusCode::NOT_FOUND, text).into_response()
 }
 
@@ -163,5 +185,55 @@ impl hyper::body::Body for Events {
         context: &mut std::task::Context<'_>,
     ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
         self.0.poll_recv(context).map(|piece| piece.map(|bytes| Ok(Frame::data(bytes))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+
+    fn asked(http: &Http, path: &str, more: &str) -> String {
+        let mut stream = TcpStream::connect(("127.0.0.1", http.address().port())).expect("open");
+        stream.set_read_timeout(Some(Duration::from_secs(30))).expect("set");
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n{more}\r\n")
+            .expect("sent");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("an answer");
+        answer
+    }
+
+    #[test]
+    fn beyond_loopback_nothing_is_told_without_the_token_that_was_printed() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("zurich");
+        let serve = |place: &str| {
+            let board = Arc::new(Board::new(&scene, 1, false));
+            Http::serve(place.parse().expect("an address"), board).expect("served")
+        };
+        let here = serve("127.0.0.1:0");
+        assert_eq!(here.key(), "");
+        assert!(!asked(&here, "/api/v1/state", "").starts_with("HTTP/1.1 403"));
+        here.stop();
+        let beyond = serve("0.0.0.0:0");
+        let key = beyond.key();
+        let token = key.strip_prefix("?key=").expect("a token").to_owned();
+        for path in ["/api/v1/state", "/api/v1/stream", "/data/aircraft.json", "/nothing"] {
+            let refused = asked(&beyond, path, "");
+            assert!(
+                refused.starts_with("HTTP/1.1 403") && refused.contains("?key=TOKEN"),
+                "{refused}"
+            );
+            assert!(
+                asked(&beyond, &format!("{path}?key={}", "0".repeat(32)), "")
+                    .starts_with("HTTP/1.1 403")
+            );
+        }
+        assert!(asked(&beyond, "/api/v1/schema?x=1", "").starts_with("HTTP/1.1 403"));
+        let schema = "HTTP/1.1 200";
+        assert!(asked(&beyond, &format!("/api/v1/schema{key}"), "").starts_with(schema));
+        let bearer = format!("Authorization: Bearer {token}\r\n");
+        assert!(asked(&beyond, "/api/v1/schema", &bearer).starts_with(schema));
+        beyond.stop();
     }
 }

@@ -19,6 +19,7 @@ pub mod foreign;
 pub mod http;
 pub mod items;
 pub mod listen;
+pub mod opensky;
 pub mod plots;
 pub mod ports;
 pub mod process;

@@ -33,6 +33,8 @@ pub struct Feeds {
     pub adsb_from: Origin,
     /// FlightGear multiplayer packets go there.
     pub flightgear: Vec<SocketAddr>,
+    /// GDL 90 messages go there.
+    pub gdl90: Vec<SocketAddr>,
 }
 
 impl Feeds {
@@ -44,6 +46,7 @@ impl Feeds {
             || self.http.is_some()
             || self.public.is_some()
             || !self.flightgear.is_empty()
+            || !self.gdl90.is_empty()
     }
 }
 
@@ -57,6 +60,8 @@ pub struct Ports {
     http: Option<Http>,
     public: Option<PublicPlane>,
     flightgear: Option<(UdpSocket, Vec<SocketAddr>)>,
+    gdl90: Option<(UdpSocket, Vec<SocketAddr>)>,
+    gdl90_datagrams: u64,
     pending: VecDeque<(u64, Piece)>,
     rate: f64,
     packets: u64,
@@ -99,13 +104,7 @@ impl Ports {
             Some((_, Err(error))) => return Err(error.into()),
             None => None,
         };
-        let flightgear = match feeds.flightgear.first() {
-            Some(first) => {
-                let any = if first.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
-                Some((UdpSocket::bind(any)?, feeds.flightgear.clone()))
-            }
-            None => None,
-        };
+        let (flightgear, gdl90) = (sender(&feeds.flightgear)?, sender(&feeds.gdl90)?);
         Ok(Self {
             board,
             notes,
@@ -115,6 +114,8 @@ impl Ports {
             http,
             public,
             flightgear,
+            gdl90,
+            gdl90_datagrams: 0,
             pending: VecDeque::new(),
             rate: 1.0,
             packets: 0,
@@ -136,7 +137,7 @@ impl Ports {
             places.push(format!("SBS lines at {}", port.address()));
         }
         if let Some(http) = &self.http {
-            places.push(format!("HTTP at http://{}/api/v1/state", http.address()));
+            places.push(format!("HTTP at http://{}/api/v1/state{}", http.address(), http.key()));
         }
         places.extend(self.notes.iter().cloned());
         places
@@ -155,6 +156,13 @@ impl Ports {
             for packet in flightgear::packets(scan, &self.board, &mut self.motions) {
                 for address in to {
                     self.packets += u64::from(socket.send_to(&packet, address).is_ok());
+                }
+            }
+        }
+        if let Some((socket, to)) = &self.gdl90 {
+            for datagram in self.board.gdl90() {
+                for address in to {
+                    self.gdl90_datagrams += u64::from(socket.send_to(&datagram, address).is_ok());
                 }
             }
         }
@@ -269,6 +277,7 @@ impl Ports {
             "sbs": served(&self.sbs),
             "published": self.public.as_ref().map(|p| p.published),
             "flightgear_packets": self.flightgear.as_ref().map(|_| self.packets),
+            "gdl90_datagrams": self.gdl90.as_ref().map(|_| self.gdl90_datagrams),
         })
     }
 
@@ -287,6 +296,14 @@ impl Ports {
             public.close();
         }
     }
+}
+
+/// A socket that sends to these, by the family of the first; none where there is nobody.
+fn sender(to: &[SocketAddr]) -> std::io::Result<Option<(UdpSocket, Vec<SocketAddr>)>> {
+    let Some(first) = to.first() else { return Ok(None) };
+    let socket = UdpSocket::bind(if first.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" })?;
+    socket.set_broadcast(true)?;
+    Ok(Some((socket, to.to_vec())))
 }
 
 fn taken(flag: &str, address: SocketAddr) -> String {

@@ -386,6 +386,138 @@ fn squitters_of_reports_say_what_the_sensors_were_told() {
     assert!(shown(12, vec![]).is_empty(), "silent for more than eleven seconds");
 }
 
+/// An aircraft on final and a fire engine that stands, with their flights; somebody without an address.
+fn on_final(scan: u64) -> (Vec<FlightNotice>, ScanReport) {
+    use models::frames::Point3;
+    let flight = |callsign: &str, address, movement| FlightNotice {
+        callsign: callsign.into(),
+        address,
+        type_designator: "A320".into(),
+        wake: Some(WakeCategory::Medium),
+        movement,
+        runway: "28".into(),
+        stand: String::new(),
+        stand_m: None,
+        eta_ctd_ns: 0,
+        off_block_ns: None,
+        routing: Vec::new(),
+    };
+    let truth = |entity, callsign: &str, position_m: [f64; 3], velocity_mps, heading_rad| {
+        crate::runtime::messages::TruthMessage {
+            id: [1, 1, entity],
+            callsign: callsign.into(),
+            type_designator: if callsign == "FIRE1" { "FIRE".into() } else { "A320".into() },
+            aircraft: callsign != "FIRE1",
+            size_m: [30.0, 30.0],
+            position_m: Point3::new(position_m[0], position_m[1], position_m[2]),
+            velocity_mps,
+            heading_rad,
+            ours: true,
+            track: None,
+        }
+    };
+    let flights = vec![
+        flight("SWR137H", Some(0x4b_1805), MovementKind::Arrival),
+        flight("FIRE1", Some(0x4b_0002), MovementKind::Vehicle),
+        flight("NOBODY", None, MovementKind::Departure),
+    ];
+    let mut report = report(scan, vec![], vec![]);
+    report.truth = vec![
+        truth(1, "SWR137H", [3000.0, 500.0, 300.0], [-70.0, 0.0, -3.5], 4.7),
+        truth(2, "FIRE1", [100.0, 200.0, 0.0], [0.0; 3], std::f64::consts::FRAC_PI_2),
+        truth(3, "NOBODY", [0.0; 3], [1.0, 0.0, 0.0], 0.0),
+    ];
+    (flights, report)
+}
+
+/// State vectors as clients of the OpenSky Network read them: by place in the array, metres and m/s, null where nothing is known.
+#[test]
+fn state_vectors_have_their_values_where_opensky_has_them() {
+    let board = board::Board::new(&scene(), 1, false);
+    assert!(board.value("states").is_none(), "nothing yet");
+    let (flights, report) = on_final(1);
+    board.on_flights(flights);
+    board.on_scan(&std::sync::Arc::new(report));
+    let all = board.value("states").expect("there");
+    let start_s = scene().run.start_utc_ns / 1_000_000_000;
+    assert_eq!(all["time"], start_s + 1);
+    let states = all["states"].as_array().expect("a list");
+    assert_eq!(states.len(), 2, "who has no address is not there");
+    let [air, ground] = [&states[0], &states[1]];
+    assert!(states.iter().all(|state| state.as_array().is_some_and(|s| s.len() == 18)));
+    assert_eq!(
+        (&air[0], &air[1], &air[3]),
+        (&"4b1805".into(), &"SWR137H ".into(), &(start_s + 1).into())
+    );
+    assert_eq!(
+        (&air[8], &air[9], &air[10], &air[11]),
+        (&false.into(), &70.0.into(), &270.0.into(), &(-3.5).into())
+    );
+    let frame = scene().airport.frame;
+    let place =
+        frame.to_ecef(geodesy::Enu { east_m: 3000.0, north_m: 500.0, up_m: 300.0 }).to_geodetic();
+    let near = |value: &serde_json::Value, what: f64, by: f64| {
+        value.as_f64().is_some_and(|value| (value - what).abs() <= by)
+    };
+    assert!(near(&air[5], place.lon_deg(), 1e-6) && near(&air[6], place.lat_deg(), 1e-6), "{air}");
+    assert!(near(&air[13], place.height_m, 0.01), "{air}");
+    assert!(
+        air[7].as_f64().is_some_and(|m| (500.0..1500.0).contains(&m)),
+        "pressure altitude: {air}"
+    );
+    assert_eq!(
+        (&air[12], &air[14], &air[15], &air[16], &air[17]),
+        (&serde_json::Value::Null, &serde_json::Value::Null, &false.into(), &0.into(), &4.into())
+    );
+    assert_eq!(
+        (&ground[0], &ground[8], &ground[10], &ground[17]),
+        (&"4b0002".into(), &true.into(), &90.0.into(), &16.into())
+    );
+    assert!(ground[7].is_null() && ground[11].is_null(), "{ground}");
+}
+
+/// Each scan a heartbeat and a report of each target, to whoever was named; none longer than a datagram that passes everywhere.
+#[test]
+fn a_display_in_a_cockpit_hears_every_target_once_a_scan() {
+    let ear = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    ear.set_read_timeout(Some(std::time::Duration::from_secs(30))).expect("set");
+    let to = ear.local_addr().expect("its address");
+    let feeds = ports::Feeds { gdl90: vec![to], ..ports::Feeds::default() };
+    assert!(feeds.asked());
+    let mut ports =
+        ports::Ports::open(&feeds, board::Board::new(&scene(), 1, false)).expect("open");
+    let (flights, report) = on_final(7);
+    ports.on_flights(&flights);
+    ports.on_scan(&std::sync::Arc::new(report));
+    let mut octets = [0; 2000];
+    let length = ear.recv(&mut octets).expect("a datagram");
+    let kinds: Vec<u8> = octets[..length]
+        .split(|octet| *octet == 0x7e)
+        .filter(|message| !message.is_empty())
+        .map(|message| message[0])
+        .collect();
+    assert_eq!(kinds, [0, 20, 20], "a heartbeat and two reports");
+    assert_eq!(ports.figures()["gdl90_datagrams"], 1);
+    // Sixty targets: several datagrams, all reports.
+    let (_, mut many) = on_final(8);
+    many.truth = (1..=60)
+        .map(|entity| crate::runtime::messages::TruthMessage {
+            id: [1, 1, entity],
+            ..many.truth[0].clone()
+        })
+        .collect();
+    ports.on_scan(&std::sync::Arc::new(many));
+    let mut reports = 0;
+    while reports < 60 {
+        let length = ear.recv(&mut octets).expect("a datagram");
+        assert!(length <= 1400);
+        let messages = octets[..length].split(|o| *o == 0x7e).filter(|m| !m.is_empty());
+        reports += messages.filter(|m| m[0] == 20).count();
+    }
+    assert_eq!(reports, 60);
+    ports.close();
+}
+
 /// Whatever was heard last, whoever asks afterwards learns that the run is over.
 #[test]
 fn a_run_whose_end_was_not_heard_is_over_all_the_same() {

@@ -2,7 +2,7 @@
 //!
 //! [`Message`] is one squitter of 112 bits: made by [`SurfacePosition`], [`AirbornePosition`], [`AirborneVelocity`],
 //! [`Identification`] and [`OperationalStatus`], read by [`read`]. [`cpr`] has the compact position reports. [`beast`] frames messages as
-//! receivers do, [`sbs`] writes BaseStation lines. [`Schedule`] says what a target sends when. The crate knows no sockets and no clocks.
+//! receivers do, [`sbs`] writes BaseStation lines, [`gdl90`] what displays in cockpits read. [`Schedule`] says what a target sends when. The crate knows no sockets and no clocks.
 //!
 //! Sources: RTCA DO-260B / EUROCAE ED-102A in the public description "The 1090 Megahertz Riddle" (J. Sun); ICAO Annex 10 Vol. IV for
 //! the parity. Units are in the names; angles are degrees from true north, heights feet as on the air.
@@ -19,6 +19,7 @@
 pub mod beast;
 mod bits;
 pub mod cpr;
+pub mod gdl90;
 mod message;
 mod reading;
 pub mod sbs;
