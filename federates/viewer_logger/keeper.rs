@@ -5,6 +5,7 @@
 
 use super::Viewer;
 use super::beside::Beside;
+use super::foreign::ForeignTracks;
 use super::kept_scene;
 use super::log::{Log, LogError};
 use super::log_traffic::core_after;
@@ -129,6 +130,8 @@ pub struct Keeper {
     tolerances: Option<Tolerances>,
     /// What controllers on tracks did in this run.
     people: Vec<SeatMessage>,
+    /// Tracks of somebody else's tracker that the page shows.
+    foreign: ForeignTracks,
     /// Numbers of the last alert and the last event of a seat.
     last_told: [u64; 3],
 }
@@ -183,6 +186,7 @@ impl Keeper {
             beside: None,
             tolerances: None,
             people: Vec::new(),
+            foreign: ForeignTracks::default(),
             last_told: [0; 3],
         })
     }
@@ -211,7 +215,12 @@ impl Keeper {
                 self.logged(|log| log.flights(&entries));
                 self.shown(|viewer| viewer.on_flights(&entries));
             }
-            Heard::Foreign(reports) => self.logged(|log| log.foreign(&reports)),
+            Heard::Foreign(reports) => {
+                self.logged(|log| log.foreign(&reports));
+                self.foreign.take(&reports);
+                let message = self.foreign.message();
+                self.shown(|viewer| viewer.tell("foreign", message));
+            }
             Heard::Outcome(outcome) => {
                 if self.state.as_ref().is_none_or(|s| s.run == outcome.run) {
                     outcome.facts.iter().for_each(|(name, value)| self.fact(name, value));

@@ -16,6 +16,7 @@ pub mod command;
 mod connections;
 pub mod detection;
 pub mod drawing;
+pub mod foreign;
 pub mod forks;
 pub mod frame;
 pub mod history;

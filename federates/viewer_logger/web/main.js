@@ -184,6 +184,9 @@ function onText(message) {
     case "lights":
       map.setSaid({ lights: message.state });
       break;
+    case "foreign":
+      map.setForeign(message.tracks);
+      break;
     case "state":
       state.runState = message.state;
       showState();
@@ -211,6 +214,7 @@ function onText(message) {
       state.traffic = null;
       alerts.show({ open: [], ended: [] });
       map.setSaid({ alerts: [], traffic: null, lights: null });
+      map.setForeign([]);
       break;
     case "refused":
       showAnswer({ accepted: false, text: message.text });

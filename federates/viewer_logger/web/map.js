@@ -10,6 +10,7 @@ import { placing, thin } from "./labels.js";
 import { paintAirport, paintScale } from "./paint.js";
 import { stagesOf } from "./alerts.js";
 import { Detection } from "./detection.js";
+import { paintForeign } from "./foreign.js";
 import { paintGhost } from "./dial.js";
 import { listen } from "./pointer.js";
 import { paintAlerts, paintPosition } from "./position.js";
@@ -26,7 +27,7 @@ const SLOW_MS = 12;
 export const LAYERS = [
   ["tracks", "Tracks"], ["truth", "Truth"], ["errors", "Errors"], ["labels", "Labels"], ["history", "History"],
   ["vectors", "Vectors"], ["ellipses", "Ellipses"], ["weather", "Weather"], ["taxiways", "Taxi names"],
-  ["stands", "Stands"], ["coverage", "Coverage"], ["detection", "Detection"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"], ["video", "Radar video"],
+  ["stands", "Stands"], ["coverage", "Coverage"], ["detection", "Detection"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"], ["video", "Radar video"], ["foreign", "Others' tracks"],
 ];
 const OFF = new Set(["coverage", "detection", "one second ago", "video"]);
 
@@ -45,7 +46,7 @@ export class MapView {
     this.touched = false; // whether the user chose the view
     this.layers = Object.fromEntries(LAYERS.map(([key]) => [key, !OFF.has(key)]));
     Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
-    Object.assign(this, { ghost: null, alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
+    Object.assign(this, { ghost: null, foreign: [], alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
     Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
     this.detection = new Detection(null, () => this.need("ground"));
     listen(this);
@@ -95,6 +96,12 @@ export class MapView {
     const again = JSON.stringify(alerts.map((a) => [a.id, a.stage, a.subjects])) !== JSON.stringify(this.alerts.map((a) => [a.id, a.stage, a.subjects]));
     Object.assign(this, { alerts, said: { traffic, lights } });
     this.need(again ? "place" : "traffic");
+  }
+
+  /** Tracks of somebody else's tracker, as they came last. */
+  setForeign(tracks) {
+    this.foreign = tracks;
+    this.need("traffic");
   }
 
   /** The scan of another run on the same clock, or null where it has none. */
@@ -363,6 +370,7 @@ export class MapView {
       }
       g.restore();
     }
+    paintForeign(g, see);
     paintGhost(g, see);
     paintAlerts(g, see, this.layers.labels ? this.#labelsOf(see.cam) : null);
     this.#settle();

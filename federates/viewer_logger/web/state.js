@@ -7,7 +7,7 @@
 export const LAYER_LETTERS = new Map([
   ["k", "tracks"], ["t", "truth"], ["e", "errors"], ["l", "labels"], ["h", "history"], ["v", "vectors"], ["c", "ellipses"],
   ["w", "weather"], ["x", "taxiways"], ["s", "stands"], ["o", "coverage"], ["p", "plots"], ["r", "video"], ["b", "buildings"],
-  ["a", "alerts"], ["u", "routes"], ["d", "detection"], ["g", "one second ago"],
+  ["a", "alerts"], ["u", "routes"], ["d", "detection"], ["g", "one second ago"], ["f", "foreign"],
 ]);
 const LETTER_OF = new Map([...LAYER_LETTERS].map(([letter, name]) => [name, letter]));
 

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { alertWords, runwayOf, stagesOf, subjectOf } from "../web/alerts.js";
 import { errorOf, front, pick } from "../web/dial.js";
+import { foreignAt, paintForeign } from "../web/foreign.js";
 import { sensorScan } from "../web/panes.js";
 import { paintPosition, runwayState } from "../web/position.js";
 import { Ground } from "../web/situation.js";
@@ -122,4 +123,28 @@ test("a stop bar that fails is crossed, dark or lit, and one that works is not",
     assert.equal(strokes[0].path.length, 2, "both bars are drawn as lit or dark as they are");
   }
   assert.deepEqual(drawn([]), []);
+});
+
+test("tracks of others are drawn where they are, broken where they coast, and not at another time", () => {
+  const cam = { toScreen: (x, y) => [x, -y] }, c = { "plot-other": "grey" };
+  const foreign = [
+    { source: "77/9", track: 5, time_s: 100, x_m: 10, y_m: 20, vx_ms: 2, vy_ms: 0, callsign: "SWR1", coasting: false },
+    { source: "77/9", track: 6, time_s: 98, x_m: 50, y_m: 0, callsign: "", coasting: true },
+    { source: "77/9", track: 7, time_s: 90, x_m: 70, y_m: 0, callsign: "", coasting: false },
+  ];
+  const drawn = (layers, scan) => {
+    const strokes = [], texts = [];
+    let path = [];
+    const g = { setLineDash(d) { this.dash = d.length; }, beginPath: () => (path = []), moveTo: (...p) => path.push([p]), lineTo: (...p) => path.at(-1).push(p), stroke() { strokes.push({ colour: this.strokeStyle, dash: this.dash, path }); }, fillText: (...t) => texts.push(t[0]) };
+    paintForeign(g, { cam, c, scan, layers, foreign });
+    return { strokes, texts };
+  };
+  const all = drawn({ foreign: true, labels: true }, { timeS: 101 });
+  assert.deepEqual(all.strokes.map((s) => [s.colour, s.dash, s.path.length]), [["grey", 0, 2], ["grey", 2, 1]]);
+  assert.deepEqual(all.strokes[0].path[1], [[10, -20], [20, -20]], "to where it is in five seconds");
+  assert.deepEqual(all.texts, ["SWR1 77/9", "6 77/9"]);
+  assert.deepEqual(drawn({ foreign: true, labels: false }, { timeS: 101 }).texts, []);
+  assert.deepEqual(drawn({ foreign: false, labels: true }, { timeS: 101 }).strokes, []);
+  assert.deepEqual(foreignAt(foreign, { timeS: 92 }).map((t) => t.track), [7]);
+  assert.deepEqual(foreignAt(foreign, null), []);
 });
