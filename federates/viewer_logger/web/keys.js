@@ -52,6 +52,7 @@ export function keyboard(page) {
     ["0", "north up", ["0"], () => map.northUp()],
     ["Ctrl 1 \u2013 9", "bookmark of this scene (with Shift: set it)", [], null],
     ["N", "day or night colours", ["n"], () => setColours(document.documentElement.dataset.colours === "night" ? "day" : "night")],
+    ["Enter", "to the line for clearances, at a seat or as a controller", [], null],
     ["?", "this help", ["?"], () => byId("help").showModal()],
   ];
 

@@ -4,12 +4,16 @@
 //
 // No DOM here; `control` checks the same once more.
 
-/** Word of each kind of clearance, its letter, and whether vehicles can be told it. */
+/** Word of each kind of clearance, its letter, whether vehicles can be told it, and what it says. */
 export const CLEARANCES = [
-  ["PSH", "P", false], ["TAX", "T", true], ["HLD", "H", true], ["CRO", "X", true], ["LUP", "U", false], ["TOF", null, false],
-  ["CTO", null, false], ["LND", "L", false], ["GOA", null, false], ["BTR", "B", false], ["ENT", "E", true], ["SPD", "S", true],
-  ["REV", null, true],
+  ["PSH", "P", false, "push and start"], ["TAX", "T", true, "taxi"], ["HLD", "H", true, "hold position"], ["CRO", "X", true, "cross"],
+  ["LUP", "U", false, "line up"], ["TOF", null, false, "take off"], ["CTO", null, false, "cancel the take-off"], ["LND", "L", false, "land"],
+  ["GOA", null, false, "go around"], ["BTR", "B", false, "backtrack"], ["ENT", "E", true, "enter"], ["SPD", "S", true, "keep a speed"],
+  ["REV", null, true, "revoke"],
 ];
+
+/** What each kind says, by its word. */
+export const MEANS = new Map(CLEARANCES.map(([kind, , , words]) => [kind, words]));
 
 /** What each error says to a person. */
 export const LINE_ERRORS = {

@@ -2,6 +2,7 @@
 
 import { Address } from "./address.js";
 import { AlertPanel, alertWords, runwayOf, subjectOf } from "./alerts.js";
+import { CommandLine } from "./command.js";
 import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
 import { decode, setWords } from "./frame.js";
@@ -125,6 +126,9 @@ const page = { state, map, link, operate, select, selectedNumber, targets, strip
 const lists = panels(byId("tabs"), page, (key) => {
   state.tab = key;
   addressChanged();
+});
+const sayLine = new CommandLine({ form: byId("say"), input: byId("clearance-line"), says: byId("said"), next: byId("next") }, {
+  state, map, seats: () => page.seats, finished, focusMap: () => byId("map").focus(),
 });
 const strips = stripBoxes.map((box) => new StripPanel(box, { onPick, onAct: (callsign, act) => page.seats.clear(act.seat, callsign, act.clearance), time: (s) => utc(state.run?.start_utc_ns, s) }));
 
@@ -312,6 +316,7 @@ function selectNext(step) {
 
 /** Strips of the time shown, where they are seen. */
 function showStrips() {
+  sayLine.show();
   if (!state.scan || (!lists.isShown("strips") && map.skin !== "controller")) return;
   const { flights: list, scan, traffic } = state;
   state.strips = stripsOf({ flights: list, scan, traffic, ground: map.situation, timeS: scan.timeS });

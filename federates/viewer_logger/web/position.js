@@ -66,10 +66,10 @@ function bars(g, { said, cam, c }) {
 /** Half the cross over a bar that fails, pixels. */
 const CROSS_PX = 5;
 
-/** Where the selected one may drive, and where it is to go after that. */
-function routes(g, { said, cam, c, scan, selected }) {
-  const target = [...(scan?.tracks ?? []), ...(scan?.truth ?? [])].find((t) => t.id === selected);
-  const mover = target?.callsign ? said.traffic?.movers.find((m) => m.callsign === target.callsign) : null;
+/** Where the selected one, or the one for whom a clearance is typed, may drive, and where it is to go after that. */
+function routes(g, { said, cam, c, scan, selected, previewed }) {
+  const target = [...(scan?.tracks ?? []), ...(scan?.truth ?? [])].find((t) => t.id === selected), callsign = previewed ?? target?.callsign;
+  const mover = callsign ? said.traffic?.movers.find((m) => m.callsign === callsign) : null;
   if (!mover) return;
   g.lineWidth = 3;
   g.strokeStyle = c.vehicle;

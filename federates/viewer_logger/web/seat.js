@@ -1,19 +1,15 @@
-// A person at controllers' seats: what the run says of them, what can be said to whom, and the line that is typed. The state and the
-// line are pure; the panel is in `panels/seats.js`.
+// A person at controllers' seats: what the run says of them, and what can be said to whom. The state is pure; the panel is in
+// `panels/seats.js`, what is typed in `meant.js` and `command.js`.
 
 import { readLocal, keepLocal } from "./local.js";
 
-/** Clearances in the order of their keys: word, letter of the typed line, what it says. */
-export const CLEARANCES = [
-  ["PSH", "p", "push and start"], ["TAX", "t", "taxi"], ["CRO", "x", "cross the runway"], ["LUP", "u", "line up"],
-  ["TOF", "", "take off"], ["LND", "l", "land"], ["HLD", "h", "hold position"], ["GOA", "", "go around"],
-];
-const WORDS = new Map(CLEARANCES.flatMap(([word, letter]) => [[word, word], ...(letter ? [[letter.toUpperCase(), word]] : [])]));
+/** Kinds of clearances that people can say in a run. */
+export const KINDS_SAID = ["PSH", "TAX", "CRO", "LUP", "TOF", "LND", "HLD", "GOA"];
 const HERE_MS = 5000, MOST_NAME = 32;
 
 /** Who gives a clearance to a flight that wants something: the seat of its list, else ground or the only tower. */
-function seatFor(state, word, callsign) {
-  const asks = state.seats.find((s) => s.wants.some((w) => w.callsign === callsign));
+export function seatFor(state, word, callsign) {
+  const asks = state.seats.find((s) => [...s.wants, ...(s.could ?? [])].some((w) => w.callsign === callsign));
   if (word === "PSH") return "apron";
   if (word === "TAX" || word === "HLD") return "ground";
   return asks?.name.startsWith("tower") ? asks.name : state.seats.find((s) => s.name.startsWith("tower"))?.name ?? "ground";
@@ -54,18 +50,6 @@ export function question(line, callsigns, selected) {
   if (!CHANGES.includes(kind)) return { error: `${name}: what is done otherwise? HOLD and seconds, STAND and its name, RUNWAY and its end` };
   if (!value) return { error: `${kind}: ${kind === "HOLD" ? "how many seconds?" : "which one?"}` };
   return { callsign, change: `${kind} ${value}` };
-}
-
-/** A typed line: "SWR1A TAX", "1A t", ". t" (the selected) → { callsign, clearance } or { error }. */
-export function typed(line, callsigns, selected) {
-  const [name, kind, ...more] = line.trim().toUpperCase().split(/\s+/);
-  if (!name) return { error: "type a call sign and a clearance, like SWR1A TAX" };
-  if (!kind) return { error: `${name}: a clearance is missing: ${CLEARANCES.map(([word]) => word).join(", ")}` };
-  if (more.length) return { error: `too much: ${more.join(" ")}` };
-  const { callsign, error } = flightOf(name, callsigns, selected);
-  if (error) return { error };
-  const clearance = WORDS.get(kind);
-  return clearance ? { callsign, clearance } : { error: `no clearance is called ${kind}: ${CLEARANCES.map(([word]) => word).join(", ")}` };
 }
 
 const KINDS = { request: "asks", clearance: "clears", readback: "reads back", correction: "corrects" };
@@ -128,15 +112,6 @@ export class Seats {
 
   clear(seat, callsign, clearance) {
     return this.act(seat, "say", { callsign, clearance });
-  }
-
-  line(text, callsigns, selected) {
-    const said = typed(text, callsigns, selected);
-    if (said.error) {
-      this.say(false, said.error);
-      return Promise.resolve(false);
-    }
-    return this.clear(seatFor(this.state, said.clearance, said.callsign), said.callsign, said.clearance);
   }
 
   /** Asks what would be if; "SWR1A HOLD 120", or without a call sign for the selected flight. */

@@ -1,17 +1,9 @@
 // What is typed at a seat.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { question, radioOf, typed } from "../web/seat.js";
+import { question, radioOf } from "../web/seat.js";
 
 const CALLSIGNS = ["SWR1A", "DLH1A", "KLM22"];
-
-test("a clearance is typed with all of a call sign, its end, or a dot for the selected flight", () => {
-  assert.deepEqual(typed("swr1a tax", CALLSIGNS, null), { callsign: "SWR1A", clearance: "TAX" });
-  assert.deepEqual(typed(". TOF", CALLSIGNS, "DLH1A"), { callsign: "DLH1A", clearance: "TOF" });
-  for (const [line, word] of [["", "type a call sign"], ["22", "missing"], ["1A TAX", "may be"], [". TAX", "selected"], ["X1 TAX", "no flight"], ["22 WALK", "no clearance"], ["22 TAX NOW", "too much"]]) {
-    assert.ok(typed(line, CALLSIGNS, null).error.includes(word), line);
-  }
-});
 
 test("what is done otherwise is typed the same way, with the case of names kept", () => {
   assert.deepEqual(question("22 hold 120", CALLSIGNS, null), { callsign: "KLM22", change: "HOLD 120" });

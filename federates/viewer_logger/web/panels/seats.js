@@ -1,9 +1,8 @@
 // Controllers' seats: take one, clear who waits by click or by key, see what is read back and said on the frequencies.
 
-import { CLEARANCES, saysOf, Seats } from "../seat.js";
+import { MEANS } from "../line.js";
+import { saysOf, Seats } from "../seat.js";
 import { element, elapsed } from "../text.js";
-
-const MEANS = new Map(CLEARANCES.map(([word, , means]) => [word, means]));
 
 export default {
   key: "seats",
@@ -22,12 +21,6 @@ export default {
       seats.rename(name.value);
       name.value = seats.person;
     });
-    const line = element("input", [], { id: "clearance-line", maxlength: "40", autocomplete: "off", spellcheck: "false", placeholder: "SWR1A TAX" });
-    const form = element("form", [element("label", "Clearance (Enter)", { for: "clearance-line" }), line], { class: "pair" });
-    form.addEventListener("submit", async (event) => {
-      event.preventDefault();
-      if (await seats.line(line.value, state.flights.map((f) => f.callsign), selected)) line.value = "";
-    });
     const list = element("ul", [], { class: "seat-list" }), answer = element("p", "", { role: "status", class: "seat-answer" });
     const question = element("input", [], { id: "what-if-line", maxlength: "48", autocomplete: "off", spellcheck: "false", placeholder: "SWR1A HOLD 120" });
     const ask = element("form", [element("label", "What if", { for: "what-if-line" }), question, element("button", "Look ahead", { type: "submit" })], { class: "pair" });
@@ -40,7 +33,7 @@ export default {
     const advised = element("div", []), waits = element("div", []), chosen = element("div", []), radio = element("ol", [], { class: "radio", "aria-label": "Frequencies" });
     const none = element("p", "In this run nobody can sit down: the scene needs traffic that behaves and [control] sees = \"truth\", or sees = \"tracks\" with controllers = \"model\".", { class: "empty" });
     const body = element("div", [
-      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, form, chosen, advised, waits, ask, ahead, element("h3", "Radio"), radio,
+      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, chosen, advised, waits, ask, ahead, element("h3", "Radio"), radio,
     ]);
     const box = element("div", [none, body], { id: "seats", class: "seats" });
     section.append(box);
@@ -104,7 +97,6 @@ export default {
       if (!now) return;
       const focus = document.activeElement?.dataset ?? {}, own = seats.own();
       name.disabled = own.length > 0;
-      form.hidden = own.length === 0;
       list.replaceChildren(...now.seats.map(seatRow));
       answer.textContent = seats.answer?.text ?? "";
       answer.dataset.mark = seats.answer && !seats.answer.accepted ? "warn" : "";
@@ -130,7 +122,7 @@ export default {
       if (again && !box.contains(document.activeElement) && document.activeElement === document.body) (box.querySelector(again) ?? box.querySelector("button"))?.focus();
     }
 
-    // Digits give what the first nine wait for, while the panel has the keyboard; Enter on the map goes to the line.
+    // Digits give what the first nine wait for, while the panel has the keyboard.
     section.addEventListener("keydown", (event) => {
       if (event.target.matches("input")) {
         event.stopPropagation();
@@ -141,13 +133,6 @@ export default {
       event.preventDefault();
       event.stopPropagation();
       act?.click();
-    });
-    document.addEventListener("keydown", (event) => {
-      if (event.key !== "Enter" || !seats.own().length || document.querySelector("dialog[open]")) return;
-      if (event.target.closest?.("input, select, button, a, tr[tabindex]") || section.contains(event.target)) return;
-      page.showTab("seats");
-      line.focus();
-      event.preventDefault();
     });
 
     return {
