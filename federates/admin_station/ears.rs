@@ -67,9 +67,21 @@ pub(super) fn open(
         kept.measures = scan.measures.into_iter().collect();
     })?;
     let kept = Arc::clone(statistics);
+    let measured = move |_: &str, body: &[u8]| {
+        if let Ok(measures) = serde_json::from_slice(body)
+            && body.len() <= MOST_MEASURES
+        {
+            kept.lock().unwrap_or_else(PoisonError::into_inner).traffic = measures;
+        }
+    };
+    bus.subscribe("obs/measures", Box::new(measured))?;
+    let kept = Arc::clone(statistics);
     let answers = move |request: Request| {
         let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
         request.answer(serde_json::to_vec(&*kept).unwrap_or_default());
     };
     bus.serve("ctl/statistics", Box::new(answers))
 }
+
+/// Longest message of measures that is taken, octets.
+const MOST_MEASURES: usize = 1 << 16;

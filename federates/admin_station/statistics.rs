@@ -11,6 +11,9 @@ pub struct Statistics {
     pub state: RunState,
     /// Application measures of the last scan: plots, tracks, Pd, errors.
     pub measures: BTreeMap<String, f64>,
+    /// Measures of traffic that behaves, from truth, by name and unit, as they stood within the last ten scans; absent where none does.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub traffic: BTreeMap<String, f64>,
     /// System statistics of each federate.
     pub federates: BTreeMap<String, FederateStatus>,
     /// How far the clock of each other host is ahead of the station's, s.

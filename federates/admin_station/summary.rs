@@ -3,6 +3,7 @@
 use crate::federation::is_front_end;
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::combine;
+use crate::runtime::messages::{FAULT, MEASURE};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -43,6 +44,9 @@ pub struct RunSummary {
     /// Flights that behave; absent where none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub movements: Option<MovementSummary>,
+    /// Measures of traffic that behaves, from truth, by name and unit; absent where none does.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub measures: BTreeMap<String, f64>,
     /// Reports of tracks with a call sign that is not that of the target they follow; absent where no track had any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrong_labels: Option<u64>,
@@ -194,6 +198,21 @@ fn alerts_of(run: &ClosedRun) -> Option<BTreeMap<String, u64>> {
     Some(values.filter_map(kind).collect())
 }
 
+/// Measures of the traffic; a value that is not a number is left out.
+fn measures_of(run: &ClosedRun) -> BTreeMap<String, f64> {
+    let values = run.reports.iter().flat_map(|r| &r.values).filter(|(_, x)| x.is_finite());
+    values.filter_map(|(key, x)| Some((key.strip_prefix(MEASURE)?.to_owned(), *x))).collect()
+}
+
+/// What members found wrong in what is simulated: a ring of movers that wait for each other, with its time.
+fn faults_of(run: &ClosedRun) -> Vec<String> {
+    let values = run.reports.iter().flat_map(|r| &r.values);
+    let fault = |(key, since_s): &(String, f64)| {
+        Some(format!("{}, since {since_s:.0} s", key.strip_prefix(FAULT)?))
+    };
+    values.filter_map(fault).collect()
+}
+
 impl RunSummary {
     /// From a closed run; `scene` is the scene's name, `step_ns` the frame length.
     #[must_use]
@@ -260,11 +279,12 @@ impl RunSummary {
                 served: served as u64,
                 failed: one("movements_failed").unwrap_or(0.0) as u64,
             }),
+            measures: measures_of(run),
             wrong_labels: one("labels")
                 .filter(|labels| *labels > 0.0)
                 .and_then(|_| one("wrong_labels"))
                 .map(|n| n as u64),
-            faults: run.reasons.clone(),
+            faults: [run.reasons.clone(), faults_of(run)].concat(),
             external: foreign.is_some(),
             visitors: foreign.as_ref().map(|_| sum("visitors") as u64),
             foreign_plots: one("foreign_plots").map(|n| n as u64),
@@ -277,5 +297,37 @@ impl RunSummary {
     #[must_use]
     pub fn line(&self) -> String {
         serde_json::to_string(self).expect("plain numbers and strings")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::messages::FinalReport;
+
+    #[test]
+    fn a_ring_of_movers_that_wait_for_each_other_is_a_fault_of_the_last_line() {
+        let report = |name: &str, values: &[(&str, f64)]| FinalReport {
+            name: name.into(),
+            values: values.iter().map(|(k, v)| ((*k).to_owned(), *v)).collect(),
+            ..FinalReport::default()
+        };
+        let ring = "fault deadlock: SWR1, SWR2 wait for each other";
+        let generators = [
+            report(
+                "traffic-generator-1",
+                &[("movements_served", 3.0), (ring, 431.5), ("measure fuel, kg", 812.5)],
+            ),
+            report("traffic-generator-2", &[("entities", 4.0)]),
+        ];
+        let mut run = ClosedRun { reports: generators.into(), ..ClosedRun::default() };
+        run.reasons = vec!["gateway is lost".into()];
+        let summary = RunSummary::of(&run, "zurich", 50_000_000);
+        let told = "deadlock: SWR1, SWR2 wait for each other, since 432 s";
+        assert_eq!(summary.faults, ["gateway is lost", told]);
+        assert!(summary.line().contains(told));
+        assert_eq!(summary.measures.get("fuel, kg"), Some(&812.5));
+        run.reports.truncate(0);
+        assert_eq!(RunSummary::of(&run, "zurich", 50_000_000).faults, ["gateway is lost"]);
     }
 }

@@ -39,7 +39,7 @@ const ROLES: [Role; 12] = [
     },
     Role {
         names: &["traffic-generator"],
-        says: &["obs/traffic", "obs/driven", "obs/inputs"],
+        says: &["obs/traffic", "obs/measures", "obs/driven", "obs/inputs"],
         serves: &["obs/traffic/**", "obs/driven/**"],
         hears: &[],
         asks: &[],

@@ -23,6 +23,7 @@
 //! | `obs/foreign` | may be lost | [`ForeignReport`]s: tracks of somebody else's tracker |
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
+//! | `obs/measures` | may be lost | JSON: measures of these flights so far by name and unit, every ten scans |
 //! | `obs/driven` | may be lost, last value served | JSON: what people drive, ten times a second |
 //! | `obs/inputs` | may be lost, repeated | [`SeatMessage`]s, what people who drive did in the last ten seconds, numbered |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
@@ -439,6 +440,11 @@ pub struct FinalReport {
     pub frame: Frame,
     /// Sum of the digests of PDUs made (truth or weather), one number per purpose.
     pub digests: Vec<(String, u64)>,
-    /// Named counters and measures.
+    /// Named counters and measures; a name that begins with [`FAULT`] is a fault of what is simulated, its value since when, s.
     pub values: Vec<(String, f64)>,
 }
+
+/// How the name of a value begins that tells a fault.
+pub const FAULT: &str = "fault ";
+/// The same of a measure of the traffic.
+pub const MEASURE: &str = "measure ";

@@ -320,12 +320,14 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
     let mut body = format!("<h1>{}</h1>", escaped(&title));
     for (heading, inside) in [
         ("Verdict", report_areas::verdict(&mut areas)),
+        ("Faults", table_or_nothing(database, FAULTS)?),
         ("Where everybody went", report_areas::map(database, &map)?),
         ("Errors over time", error_picture(database)?),
         ("Detection by area", report_areas::detection(&areas, &names)),
         ("Targets", Table::of(database, "SELECT * FROM target_accuracy")?.html()),
         ("Sensors", Table::of(database, "SELECT * FROM sensor_accuracy")?.html()),
         ("Measures of the run", measures.html()),
+        ("Measures of the traffic", table_or_nothing(database, TRAFFIC)?),
         ("Effects, largest first", {
             Table::of(database, "SELECT * FROM effect_sizes ORDER BY abs(mean) DESC")?.html()
         }),
@@ -359,6 +361,25 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>{} – SEEDS</title><style>{STYLE}</style><main>{body}</main></html>",
         escaped(&title)
     ))
+}
+
+/// What went wrong: in the federation, of movers, and rings of those that wait for each other.
+const FAULTS: &str = "SELECT time_ns / 1e9 AS time_s, text AS fault FROM events WHERE kind = 'fault' ORDER BY time_ns";
+/// What traffic that behaves did (from truth), and the alerts of control against those on truth (from tracks).
+const TRAFFIC: &str =
+    "SELECT name AS measure, value, unit, source FROM measures ORDER BY source DESC, rowid";
+
+/// A table; empty where it has no rows, or the log is of a version without it.
+fn table_or_nothing(database: &Connection, query: &str) -> anyhow::Result<String> {
+    let Some(name) = query.split(" FROM ").nth(1).and_then(|rest| rest.split(' ').next()) else {
+        return Ok(String::new());
+    };
+    let known = "SELECT count(*) FROM sqlite_master WHERE name = ?1";
+    if database.query_row(known, [name], |row| row.get::<_, i64>(0))? == 0 {
+        return Ok(String::new());
+    }
+    let table = Table::of(database, query)?;
+    Ok(if table.rows.is_empty() { String::new() } else { table.html() })
 }
 
 /// What people at controllers' seats did, and which alerts followed; empty where nobody sat down.
@@ -407,6 +428,30 @@ mod tests {
         assert!(table.html().contains("<td>–</td>"));
         let none = Table::of(&database, "SELECT 1 AS only WHERE 0").expect("no row");
         assert_eq!(none.csv(), "only\n", "an empty table still says what it would hold");
+    }
+
+    #[test]
+    fn faults_and_measures_of_the_traffic_stand_in_the_report_where_there_are_any() {
+        let database = Connection::open_in_memory().expect("a database");
+        let of = |query| table_or_nothing(&database, query).expect("read");
+        assert_eq!((of(FAULTS), of(TRAFFIC)), (String::new(), String::new()), "an earlier log");
+        database
+            .execute_batch(
+                "CREATE TABLE events (time_ns INTEGER, kind TEXT, subject TEXT, text TEXT);
+                 CREATE TABLE measures (source TEXT, name TEXT, value REAL, unit TEXT);
+                 INSERT INTO events VALUES (1000000000, 'alert', '', 'no fault');",
+            )
+            .expect("tables");
+        assert_eq!((of(FAULTS), of(TRAFFIC)), (String::new(), String::new()), "all went well");
+        database
+            .execute_batch(
+                "INSERT INTO events VALUES (2500000000, 'fault', '', 'deadlock: A, B wait');
+                 INSERT INTO measures VALUES ('truth', 'taxi_out_mean', 312.4, 's');",
+            )
+            .expect("rows");
+        assert!(of(FAULTS).contains("<td>2.50</td><td>deadlock: A, B wait</td>"), "{}", of(FAULTS));
+        assert!(of(TRAFFIC).contains("taxi_out_mean") && of(TRAFFIC).contains("312.40"));
+        assert!(!of(FAULTS).contains("no fault"));
     }
 
     #[test]

@@ -19,14 +19,15 @@ use crate::runtime::codec::encode;
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, SeatEvent, SeatInput,
-    SeatMessage, StandNotice, WantNotice,
+    ClearanceNotice, FAULT, FinalReport, Frame, Kind, MEASURE, Notice, RunConfig, SeatEvent,
+    SeatInput, SeatMessage, StandNotice, WantNotice,
 };
 use models::control::clearance::ClearanceKind;
 use models::frames::Point2;
 use models::time::SimTime;
 use models::traffic::check::Rules;
-use models::traffic::core::{self, Core, Direction, Flight, Order};
+use models::traffic::core::{self, Core, Direction, Flight, Order, Remark};
+use models::traffic::measured::measured;
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
@@ -482,6 +483,15 @@ impl Federate for TrafficGenerator {
                 body: traffic_state::json(core, self.time.time(frame).s()).into_bytes(),
                 retained: Some("obs/traffic/last".into()),
             });
+            if frame.is_multiple_of(MEASURED_SCANS * u64::from(self.scene.run.frames_per_scan)) {
+                let measures = figures(core).map(|(name, x)| (name, x.into())).collect();
+                out.publish.push(Publication {
+                    key: "obs/measures".into(),
+                    class: Class::Lossy,
+                    body: serde_json::Value::Object(measures).to_string().into_bytes(),
+                    retained: None,
+                });
+            }
         }
     }
 
@@ -527,9 +537,31 @@ impl Federate for TrafficGenerator {
                 let (served, failed) = served_and_failed(core, self.time.time(self.executed).s());
                 report.values.push(("movements_served".into(), served as f64));
                 report.values.push(("movements_failed".into(), failed as f64));
+                report
+                    .values
+                    .extend(figures(core).map(|(name, x)| (format!("{MEASURE}{name}"), x)));
+                report.values.extend(deadlocks(core.unexpected_deadlocks(), core.remarks()));
             }
         }
     }
+}
+
+/// Scans between two tellings of the measures of the traffic.
+const MEASURED_SCANS: u64 = 10;
+
+/// Measures of the traffic so far (`models::traffic::measured`), named with their units.
+fn figures(core: &Core) -> impl Iterator<Item = (String, f64)> {
+    measured(core).into_iter().map(|m| {
+        let unit = if m.unit.is_empty() { String::new() } else { format!(", {}", m.unit) };
+        (format!("{}{unit}", m.name), m.value)
+    })
+}
+
+/// Rings of movers that wait for each other, under a policy that rules them out, as faults of the run: what is said of each, and
+/// since when it is known, s.
+fn deadlocks(unexpected: u64, remarks: &[Remark]) -> Vec<(String, f64)> {
+    let rings = remarks.iter().filter(|r| unexpected > 0 && r.text.starts_with("deadlock"));
+    rings.map(|r| (format!("{FAULT}{}", r.text), r.time_s)).collect()
 }
 
 /// Flights that took off or are in block, and those that did neither within the time that the check of traffic gives them.
@@ -552,6 +584,14 @@ mod stand_tests;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rings_of_waiting_are_told_as_faults_unless_the_policy_allows_them() {
+        let remark = |time_s: f64, text: &str| Remark { time_s, text: text.to_owned() };
+        let all = [remark(3.0, "stand A 1 is not free"), remark(61.5, "deadlock: A, B wait")];
+        assert_eq!(deadlocks(1, &all), [("fault deadlock: A, B wait".to_owned(), 61.5)]);
+        assert!(deadlocks(0, &all).is_empty(), "the free policy has them");
+    }
 
     #[test]
     fn what_is_told_aside_leaves_every_frame_as_it_is() {

@@ -347,11 +347,9 @@ impl Core {
                 at = next;
             }
         }
-        if self.policy != Policy::Free && !found.is_empty() {
-            self.unexpected += found.len() as u64;
-        }
         for text in found {
             if !self.remarks.iter().any(|r| r.text == text) {
+                self.unexpected += u64::from(self.policy != Policy::Free);
                 self.remark(text);
             }
         }
