@@ -9,9 +9,11 @@ use super::foreign::ForeignTracks;
 use super::kept_scene;
 use super::log::{Log, LogError};
 use super::log_traffic::core_after;
+use super::marks::Marks;
 use super::picture::{AirportMap, RunInfo};
 use super::said::Topic;
 use super::server::Page;
+use super::source::Event;
 use super::tolerances::Tolerances;
 use crate::exchange::flights::flight_list;
 use crate::runtime::clock::utc_ns;
@@ -21,6 +23,7 @@ use crate::runtime::messages::{
 };
 use capture::Recorder;
 use models::flight_list::FlightList;
+use models::frames::Point2;
 use scenarios::Scene;
 use std::io::ErrorKind;
 use std::net::SocketAddr;
@@ -128,6 +131,9 @@ pub struct Keeper {
     flights: FlightList,
     beside: Option<Beside>,
     tolerances: Option<Tolerances>,
+    marks: Marks,
+    /// The flight list as it is shown: with the stands that were given since.
+    listed: Vec<FlightNotice>,
     /// What controllers on tracks did in this run.
     people: Vec<SeatMessage>,
     /// Tracks of somebody else's tracker that the page shows.
@@ -185,6 +191,8 @@ impl Keeper {
             flights: FlightList::default(),
             beside: None,
             tolerances: None,
+            marks: Marks::default(),
+            listed: Vec::new(),
             people: Vec::new(),
             foreign: ForeignTracks::default(),
             last_told: [0; 3],
@@ -212,8 +220,9 @@ impl Keeper {
             }
             Heard::Flights(entries) => {
                 self.flights = flight_list(&entries, self.scene.flight_list.runways.clone());
-                self.logged(|log| log.flights(&entries));
-                self.shown(|viewer| viewer.on_flights(&entries));
+                self.listed = entries;
+                self.list_flights();
+                self.correct_stands();
             }
             Heard::Foreign(reports) => {
                 self.logged(|log| log.foreign(&reports));
@@ -239,6 +248,11 @@ impl Keeper {
             Heard::Seats(told) => self.take_people(1, "seat_events", told),
             Heard::Inputs(told) => self.take_people(2, "inputs", told),
             Heard::Said(topic, text) => {
+                if topic == Topic::Traffic {
+                    let events = self.marks.traffic(&text);
+                    self.mark(&events);
+                    self.correct_stands();
+                }
                 self.logged(|log| log.said(topic, &text));
                 self.shown(|viewer| viewer.on_said(topic, &text));
             }
@@ -387,6 +401,7 @@ impl Keeper {
             self.beside = None;
             self.tolerances = None;
             self.close_log();
+            self.marks = Marks::default();
             self.people.clear();
             self.last_told = [0; 3];
             self.open_log(state.run, state.seed);
@@ -402,6 +417,8 @@ impl Keeper {
         if before.as_ref().is_none_or(|b| told(b) != told(&state)) {
             self.logged(|log| log.state(&state, utc_ns));
         }
+        let events = self.marks.state(&state);
+        self.mark(&events);
         self.shown(|viewer| viewer.on_state(&state));
         self.state = Some(state);
     }
@@ -442,6 +459,33 @@ impl Keeper {
             && let Err(error) = write(log)
         {
             tracing::error!("{error}"); // once: the log takes everything silently from here on
+        }
+    }
+
+    /// Who has another stand than planned is shown and logged with it.
+    fn correct_stands(&mut self) {
+        let stands = &self.map.stands;
+        let at_m = |name: &str| {
+            let stand = stands.iter().find(|s| s.name == name)?;
+            Some(Point2::from(stand.position_m))
+        };
+        if self.marks.correct(&mut self.listed, at_m) {
+            self.list_flights();
+        }
+    }
+
+    fn list_flights(&mut self) {
+        let entries = std::mem::take(&mut self.listed);
+        self.logged(|log| log.flights(&entries));
+        self.shown(|viewer| viewer.on_flights(&entries));
+        self.listed = entries;
+    }
+
+    /// Something for the time line of the page and of the log.
+    fn mark(&mut self, events: &[Event]) {
+        if !events.is_empty() {
+            self.logged(|log| log.events(events));
+            self.shown(|viewer| viewer.on_events(events));
         }
     }
 

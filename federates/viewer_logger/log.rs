@@ -265,6 +265,14 @@ impl Log {
         })
     }
 
+    /// Writes what the time line is to mark beside what is written of scans.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn events(&mut self, events: &[Event]) -> Result<(), LogError> {
+        if events.is_empty() { Ok(()) } else { self.write(|t| write_events(t, events)) }
+    }
+
     /// Writes the statistics of one federate.
     ///
     /// # Errors

@@ -4,6 +4,7 @@
 //! own, at the end of the run, up to the last frame that was executed.
 
 use super::log::{Log, LogError, write_events};
+use super::marks::fault;
 use super::said::alert_event;
 use crate::exchange::seats::{People, figures};
 use crate::exchange::{driven, handover};
@@ -396,6 +397,11 @@ impl Log {
             for f in core.shown() {
                 insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;
             }
+            let failed = core.shown().iter().map(|f| {
+                let text = format!("{} {}", f.callsign, f.kind.word().replace('_', " "));
+                fault(ns(f.time_s), &f.callsign, text)
+            });
+            write_events(t, &failed.collect::<Vec<_>>())?;
             for (now, change, alert) in &reference.told {
                 let (kind, stage) = (alert.condition.kind, alert.condition.stage);
                 let place = alert.condition.place_m;
@@ -420,7 +426,9 @@ impl Log {
             for r in core.remarks() {
                 insert.execute(params![ns(r.time_s), r.text])?;
             }
-            Ok(())
+            let stuck = core.remarks().iter().filter(|r| r.text.starts_with("deadlock"));
+            let stuck = stuck.map(|r| fault(ns(r.time_s), "", r.text.clone()));
+            write_events(t, &stuck.collect::<Vec<_>>())
         })
     }
 }

@@ -25,6 +25,7 @@ pub mod keeper;
 pub mod kept_scene;
 pub mod log;
 pub mod log_traffic;
+pub mod marks;
 pub mod metrics;
 pub mod opened;
 pub mod picture;
@@ -329,6 +330,13 @@ impl Viewer {
             events.sort_by_key(|e| e.time_ns);
         }
         events
+    }
+
+    /// Something that happened beside the scans: the time line marks it. Nothing for a stored run, which has its own.
+    pub fn on_events(&mut self, events: &[Event]) {
+        let Scans::Live(history) = &mut self.scans else { return };
+        events.iter().for_each(|event| history.note(event.clone()));
+        self.version += 1;
     }
 
     /// The weather from a time on. The page is given all of the run, to show what was when it looks back.

@@ -90,6 +90,23 @@ pub(super) fn scan(n: u64) -> ScanReport {
     }
 }
 
+/// A departure that nobody has told anything of.
+pub(super) fn flight() -> FlightNotice {
+    FlightNotice {
+        callsign: "SWR1".to_owned(),
+        address: None,
+        type_designator: "A320".to_owned(),
+        wake: None,
+        movement: MovementKind::Departure,
+        runway: "28".to_owned(),
+        stand: "E_19".to_owned(),
+        stand_m: None,
+        eta_ctd_ns: 0,
+        off_block_ns: None,
+        routing: Vec::new(),
+    }
+}
+
 pub(super) fn weather(rain_mm_per_h: f64) -> WeatherNotice {
     WeatherNotice {
         from_ns: 0,

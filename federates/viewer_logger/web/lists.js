@@ -2,6 +2,7 @@
 
 import { STILL_MPS } from "./situation.js";
 import { element, fixed, NONE, place } from "./text.js";
+import { placeOf } from "./traffic.js";
 
 const KNOT = 1.943844;
 
@@ -127,13 +128,13 @@ export function facts(list, pairs) {
   });
 }
 
-/** What is known of a target; `blind`: without what only truth can tell. */
-export function targetFacts(t, blind = false) {
+/** What is known of a target; `blind`: without what only truth can tell; `given`: the stand that it has now. */
+export function targetFacts(t, blind = false, given = "") {
   if (!t) return [];
   const rows = [];
   if (t.number !== undefined) {
     rows.push(["Track", `${t.number} ${t.status}`], ["Type", [t.designator, t.wake].filter(Boolean).join("/") || (t.callsign ? NONE : "not identified yet")]);
-    rows.push(["Movement", [t.movement, t.runwayStand.replaceAll("_", " ")].filter(Boolean).join(" ") || NONE]);
+    rows.push(["Movement", [t.movement, placeOf(t.runwayStand, given).replaceAll("_", " ")].filter(Boolean).join(" ") || NONE]);
   } else rows.push(["Track", "none", "missing"], ["Type", t.designator || NONE]);
   rows.push(["Speed", `${fixed(speedKt(t), 0)} kt`], ["Course", Number.isFinite(t.heading) ? `${fixed(headingDeg(t), 0)}\u00b0` : NONE]);
   rows.push(["Position", place(t.x, t.y), "", "From the airport's reference point"]);

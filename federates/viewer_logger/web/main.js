@@ -348,7 +348,7 @@ function showTarget() {
   byId("target-name").textContent = name;
   byId("target").dataset.empty = String(!state.selected);
   byId("target-name").dataset.mark = target?.movement ?? "";
-  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller"), ...clearanceFacts(target, state.traffic)]);
+  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller", map.stands.get(target?.callsign)), ...clearanceFacts(target, state.traffic)]);
   closeUp(byId("close-up"), map, target);
 }
 

@@ -46,7 +46,7 @@ export class MapView {
     this.touched = false; // whether the user chose the view
     this.layers = Object.fromEntries(LAYERS.map(([key]) => [key, !OFF.has(key)]));
     Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
-    Object.assign(this, { ghost: null, foreign: [], alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
+    Object.assign(this, { ghost: null, foreign: [], alerts: [], said: { traffic: null, lights: null }, stands: new Map() }); // what is said beside the scans
     Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
     this.detection = new Detection(null, () => this.need("ground"));
     listen(this);
@@ -94,7 +94,7 @@ export class MapView {
   /** Alerts that stand, and what traffic and stop bars say. */
   setSaid({ alerts = this.alerts, traffic = this.said.traffic, lights = this.said.lights }) {
     const again = JSON.stringify(alerts.map((a) => [a.id, a.stage, a.subjects])) !== JSON.stringify(this.alerts.map((a) => [a.id, a.stage, a.subjects]));
-    Object.assign(this, { alerts, said: { traffic, lights } });
+    Object.assign(this, { alerts, said: { traffic, lights }, stands: new Map((traffic?.movers ?? []).map((m) => [m.callsign, m.stand])) });
     this.need(again ? "place" : "traffic");
   }
 

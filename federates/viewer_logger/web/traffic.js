@@ -25,15 +25,21 @@ export function colourOf(c, target) {
   return { arrival: c.arrival, departure: c.departure, vehicle: c.vehicle }[target.movement] ?? (target.type === "vehicle" ? c.vehicle : c.unknown);
 }
 
-/** The lines of a label, up to level 3. */
-export function labelLines(target) {
+/** Runway and stand of a label, with the stand that control gave instead of the planned one. */
+export function placeOf(runwayStand, given) {
+  const at = runwayStand.lastIndexOf("/");
+  return given && at >= 0 ? `${runwayStand.slice(0, at + 1)}${given}` : runwayStand;
+}
+
+/** The lines of a label, up to level 3; `given`: the stand that the flight has now, where traffic says it. */
+export function labelLines(target, given = "") {
   const name = cut(target.callsign || (target.number === undefined ? "no name" : `#${target.number}`)) + (target.assumed ? "?" : "");
   const mps = Math.hypot(target.vx, target.vy), speed = mps < STILL_MPS ? 0 : Math.round(mps * KNOT);
   const kind = target.wake ? `${target.designator}/${target.wake}` : target.designator;
   const height = target.altitudeM > AIRBORNE_M ? `${Math.round((target.altitudeM * FOOT) / 10) * 10} ft` : "";
   const second = [kind, Number.isFinite(speed) ? `${speed} kt` : "", height].filter(Boolean).join("  ");
   if (target.number === undefined) return [name, `${second}  no track`];
-  return [name, second, cut(target.runwayStand.replaceAll("_", " "))].filter(Boolean);
+  return [name, second, cut(placeOf(target.runwayStand, given).replaceAll("_", " "))].filter(Boolean);
 }
 
 const cut = (text) => ([...text].length > 24 ? `${[...text].slice(0, 23).join("")}\u2026` : text);

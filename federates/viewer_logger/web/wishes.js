@@ -23,7 +23,7 @@ export class Wishes {
   item(map, target, x, y) {
     const state = map.situation.stateOf(target), chosen = target.id === map.selected, alert = map.alerted.has(target.id);
     const must = chosen || alert || state === "runway" || state === "vehicle on a runway" || state === "airborne";
-    const lines = labelLines(target), sizes = {};
+    const lines = labelLines(target, map.stands.get(target.callsign)), sizes = {};
     let w = this.#width(map.g, BOLD, lines[0]);
     for (let level = 1; level <= 3; level++) {
       if (level > 1 && lines[level - 1]) w = Math.max(w, this.#width(map.g, PLAIN, lines[level - 1]));

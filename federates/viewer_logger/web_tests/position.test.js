@@ -7,6 +7,8 @@ import { foreignAt, paintForeign } from "../web/foreign.js";
 import { sensorScan } from "../web/panes.js";
 import { paintPosition, runwayState } from "../web/position.js";
 import { Ground } from "../web/situation.js";
+import { targetFacts } from "../web/lists.js";
+import { labelLines } from "../web/traffic.js";
 import { baysOf, clearanceFacts, stripsOf, waitText } from "../web/strips.js";
 
 const track = (number, callsign, x = 0, y = 0, more = {}) => ({ id: `t${number}`, number, callsign, x, y, vx: 0, vy: 0, altitudeM: null, type: "aircraft", movement: "arrival", ...more });
@@ -147,4 +149,11 @@ test("tracks of others are drawn where they are, broken where they coast, and no
   assert.deepEqual(drawn({ foreign: false, labels: true }, { timeS: 101 }).strokes, []);
   assert.deepEqual(foreignAt(foreign, { timeS: 92 }).map((t) => t.track), [7]);
   assert.deepEqual(foreignAt(foreign, null), []);
+});
+
+test("labels and facts show the stand that control gave, not the planned one", () => {
+  const track = { id: "t4", number: 4, callsign: "SWR1", designator: "A320", wake: "M", movement: "arrival", runwayStand: "28/E_19", status: "confirmed", vx: 5, vy: 0, x: 0, y: 0, cov: [1, 0, 1], errorM: 1 };
+  const movement = (given) => targetFacts(track, true, given).find(([name]) => name === "Movement")[1];
+  assert.deepEqual([labelLines(track)[2], labelLines(track, "B_12")[2], labelLines({ ...track, runwayStand: "" }, "B_12")[2]], ["28/E 19", "28/B 12", undefined]);
+  assert.deepEqual([movement(""), movement("B_12")], ["arrival 28/E 19", "arrival 28/B 12"]);
 });
