@@ -395,6 +395,17 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A time of a run in seconds: 0 is one.
+///
+/// # Errors
+/// If it is not 0 to a day.
+pub fn time(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=86_400.0).contains(&value) => Ok(value + 0.0),
+        _ => Err(format!("'{text}' is not a time from 0 to 86400 seconds")),
+    }
+}
+
 /// Log lines to stderr, at `level` ("info") unless `RUST_LOG` says otherwise.
 pub fn log_to_stderr(format: LogFormat, level: &str) {
     use tracing_subscriber::{EnvFilter, fmt};

@@ -107,10 +107,9 @@ pub fn run(args: &AsterixToolArgs) -> ExitCode {
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
     };
     let done = match &args.command {
-        Command::Stat { json, .. } => {
-            stat(&pieces, *json);
-            Ok(true)
-        }
+        Command::Stat { json, .. } => stat(&pieces, *json).then_some(true).with_context(|| {
+            format!("{}: no record was found: this is not ASTERIX", input.file.display())
+        }),
         Command::Dump { .. } => Ok(dump(&pieces)),
         Command::Check { json, .. } => Ok(check(&pieces, *json)),
         Command::Cut { out, from, to, category, .. } => {
@@ -131,7 +130,8 @@ struct Count {
     items: BTreeMap<&'static str, u64>,
 }
 
-fn stat(pieces: &Pieces, as_json: bool) {
+/// Whether there was anything: a sound record, or whole blocks of categories that are not known here and nothing else.
+fn stat(pieces: &Pieces, as_json: bool) -> bool {
     let mut counts: BTreeMap<(u8, u8, u8), Count> = BTreeMap::new();
     let (mut unknown, mut damaged, mut octets) = (BTreeMap::<u8, u64>::new(), 0u64, 0usize);
     for piece in &pieces.pieces {
@@ -155,6 +155,8 @@ fn stat(pieces: &Pieces, as_json: bool) {
         }
     }
     let records: u64 = counts.values().map(|c| c.records).sum();
+    let whole = damaged == 0 && pieces.problems.is_empty();
+    let something = records > 0 || (whole && !unknown.is_empty());
     if as_json {
         let rows: Vec<Value> = counts
             .iter()
@@ -170,7 +172,7 @@ fn stat(pieces: &Pieces, as_json: bool) {
             "unknown_categories": unknown, "sources": rows,
         });
         out!("{line}");
-        return;
+        return something;
     }
     out!(
         "{}: {} datagrams, {octets} octets, {records} records, {damaged} damaged, {} not ASTERIX",
@@ -189,6 +191,7 @@ fn stat(pieces: &Pieces, as_json: bool) {
     for problem in &pieces.problems {
         out!("{problem}");
     }
+    something
 }
 
 /// Whether nothing was damaged.

@@ -24,6 +24,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What if, from here: a recorded run again with something changed from a time on
 #[derive(Args, Clone, Debug)]
@@ -71,6 +72,9 @@ fn name_of(text: &str) -> Result<String, String> {
 #[must_use]
 pub fn run(args: &ForkArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
+    if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
+        return fail(FAILED, error);
+    }
     let prepared = wanted(args).and_then(|(parent, wanted)| {
         let fork = prepare(&parent, &wanted)?;
         let named = if wanted.again { parent.display().to_string() } else { args.run.clone() };
@@ -375,7 +379,13 @@ impl Fork {
         let mut log = Log::create(&self.folder.join("run.sqlite"), &info, &AirportMap::of(after))?;
         self.keep_about(&mut log)?;
         let rerun = Rerun { recorded: &recorded, scene: &self.plan.before, exercise, seed, last };
-        let digests = rerun.write_log(&self.plan.stages, &mut log, |_, _| {})?;
+        let digests = rerun.write_log(&self.plan.stages, &mut log, |frame, last| {
+            ensure!(
+                !STOP.load(Ordering::Relaxed),
+                "interrupted at frame {frame} of {last}: nothing of the fork is kept"
+            );
+            Ok(())
+        })?;
         for (name, value) in digests.facts() {
             log.fact(&name, &value)?;
         }
@@ -485,6 +495,9 @@ fn is_switch(key: &str) -> bool {
 
 /// Keys that are not values of the scene.
 const AMENDED: [&str; 3] = ["weather.rain_factor", "weather.visibility_m", "run.sensor_seed"];
+
+/// Whether it is interrupted: half a fork is not one.
+static STOP: AtomicBool = AtomicBool::new(false);
 
 /// How long another tracker runs along before it takes over, s.
 const WARM_S: f64 = 60.0;

@@ -23,15 +23,15 @@ pub struct PictureArgs {
     run: String,
 
     /// Simulated time, s [default: the end]
-    #[arg(long, value_name = "T", value_parser = cli::seconds, conflicts_with_all = ["from", "to", "every"])]
+    #[arg(long, value_name = "T", value_parser = cli::time, conflicts_with_all = ["from", "to", "every"])]
     at: Option<f64>,
 
     /// First time of a series, s
-    #[arg(long, value_name = "T", value_parser = cli::seconds, requires_all = ["to", "every"])]
+    #[arg(long, value_name = "T", value_parser = cli::time, requires_all = ["to", "every"])]
     from: Option<f64>,
 
     /// Last time of a series, s
-    #[arg(long, value_name = "T", value_parser = cli::seconds, requires = "from")]
+    #[arg(long, value_name = "T", value_parser = cli::time, requires = "from")]
     to: Option<f64>,
 
     /// Step of a series, s

@@ -96,6 +96,7 @@ fn with_smdfm(recording: &Path, scene: &str, file: &Path) -> anyhow::Result<()> 
             told = percent;
             let _ = write!(std::io::stderr(), "\r{percent} % of {}", recording.display());
         }
+        Ok(())
     })?;
     if shows {
         let _ = writeln!(std::io::stderr());

@@ -39,12 +39,12 @@ impl Rerun<'_> {
     /// Writes every scan, with the stages in their order; `progress` is told each frame done and the last one.
     ///
     /// # Errors
-    /// If a sensor cannot be made, or the log refuses.
+    /// If a sensor cannot be made, the log refuses, or `progress` wants no more.
     pub(super) fn write_log(
         &self,
         stages: &[Stage],
         log: &mut Log,
-        mut progress: impl FnMut(Frame, Frame),
+        mut progress: impl FnMut(Frame, Frame) -> anyhow::Result<()>,
     ) -> anyhow::Result<RunDigests> {
         let &Self { recorded, scene, exercise, seed, last } = self;
         let mut smdfm = Smdfm::new(Arc::clone(scene), exercise).explaining(true);
@@ -79,7 +79,7 @@ impl Rerun<'_> {
                     log.scan(&report)?;
                 }
             }
-            progress(frame, last);
+            progress(frame, last)?;
         }
         let mut report = FinalReport { run: 1, name: "smdfm".into(), ..FinalReport::default() };
         smdfm.finish(&mut report);

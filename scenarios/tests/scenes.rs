@@ -236,3 +236,25 @@ fn a_file_that_is_no_scene_is_refused_without_being_read_to_its_end() {
     let long = "x".repeat(1_000_000);
     assert!(error_with("EDW229", &long).len() < 400, "a megabyte does not come back in a message");
 }
+
+/// A mix without a type was taken for none at all, and airliners came.
+#[test]
+fn a_mix_in_which_nothing_can_be_drawn_is_refused_in_one_sentence() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("mix.toml");
+    let of = |mix: &str| {
+        let text = format!(
+            "[run]\ntitle = \"t\"\nseed = 1\nduration_s = 600\n[airport]\nlayout = \"airports/XSYN.apt.dat\"\n\
+             [[traffic]]\nkind = \"generated\"\narrivals_per_h = 6\ndepartures_per_h = 6\n{mix}\n"
+        );
+        scenarios::load_text(&path, &text).map(|_| ()).map_err(|e| e.to_string())
+    };
+    for mix in ["mix = {}", "mix = { A320 = 0 }", "mix = { A320 = 0, C172 = 0.0 }"] {
+        let words = of(mix).expect_err(mix);
+        assert!(words.contains(":11:") && words.contains("mix"), "{words}");
+        assert!(words.contains("a type with a weight above 0"), "{words}");
+        assert_eq!(words.lines().count(), 1, "{words}");
+    }
+    for mix in ["", "mix = { A320 = 0, C172 = 1 }"] {
+        assert_eq!(of(mix), Ok(()), "{mix}");
+    }
+}

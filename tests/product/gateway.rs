@@ -379,6 +379,17 @@ fn score_from_every_form(folder: &Folder, sent: &str) {
         serde_json::from_str(&tool(&["asterix", "stat", "--json", sent])).expect("JSON");
     assert_eq!((stat["damaged"].as_u64(), stat["other_datagrams"].as_u64()), (Some(0), Some(0)));
     assert!(tool(&["asterix", "check", sent]).contains(" 0 findings"));
+    // A file that is no ASTERIX fails, in words, also for a program.
+    let stranger = folder.file("stranger.ast");
+    std::fs::write(&stranger, "hello, this is a text and no recording of anything\n")
+        .expect("written");
+    for more in [&[][..], &["--json"]] {
+        let mut command = seeds();
+        command.args(["asterix", "stat", &stranger]).args(more);
+        let output = finish(command);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("this is not ASTERIX"), "{}", stderr(&output));
+    }
     let dumped = tool(&["asterix", "dump", sent]).lines().count() as u64;
     assert_eq!(stat["records"].as_u64(), Some(dumped));
     let truth = folder.file("run.sqlite");

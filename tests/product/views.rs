@@ -107,6 +107,7 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
         assert!(fork.events().iter().any(|e| e.kind == "fork" && e.time_ns == 40_000_000_000));
     }
     forks_of_forks_and_again(&folder, &run, &parent);
+    an_interrupted_fork_leaves_nothing(&run);
     fork_from_the_page(&run);
     a_recording_alone_is_opened(&folder, &run, &parent);
     let refused = Command::new(env!("CARGO_BIN_EXE_seeds"))
@@ -115,6 +116,47 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
         .expect("seeds starts");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("lasts from 0 to 90"));
+}
+
+/// Ctrl-C: the folder of the fork goes, or it was whole before.
+fn an_interrupted_fork_leaves_nothing(run: &Path) {
+    let mut interrupted = 0;
+    for n in 0..12 {
+        let name = format!("cut-{n}");
+        let folder = run.join("forks").join(&name);
+        let mut fork = Command::new(env!("CARGO_BIN_EXE_seeds"))
+            .args([
+                "fork",
+                run.to_str().expect("a name"),
+                "--name",
+                &name,
+                "--set",
+                "tracking.filter=mh27",
+            ])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("seeds starts");
+        common::wait_for(std::time::Duration::from_secs(60), || folder.exists().then_some(()))
+            .expect("a folder");
+        common::kill("INT", fork.id() as i32);
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut fork.stderr.take().expect("piped"), &mut said)
+            .expect("text");
+        let code = fork.wait().expect("ended").code();
+        if code == Some(0) {
+            assert!(folder.join("fork.toml").exists(), "whole");
+            continue;
+        }
+        interrupted += 1;
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("nothing of the fork is kept"), "{said}");
+        assert!(!folder.exists(), "half a fork is not one");
+        if interrupted == 2 {
+            break;
+        }
+    }
+    assert!(interrupted > 0, "none was caught: nothing was put to the test");
 }
 
 /// Of a recording without its database: with the scene what the run was, octet by octet; without it the truth as the PDUs say it.
@@ -358,6 +400,14 @@ fn the_incursion_of_the_first_hour_is_one_alert_on_the_page_in_the_picture_and_i
     folder.seeds(&["picture", told, "--at", "60", "-o", before]);
     let words = std::fs::read_to_string(before).expect("written");
     assert!(!words.contains("RMCA"), "nothing stands yet");
+    // 0 is a time: nothing is there yet, and no duration is asked for.
+    let at_0 = Command::new(env!("CARGO_BIN_EXE_seeds"))
+        .args(["picture", told, "--at", "0", "-o", "x.png"])
+        .current_dir(&folder.0)
+        .output()
+        .expect("seeds starts");
+    let said = String::from_utf8_lossy(&at_0.stderr).into_owned();
+    assert!(said.contains("there is no picture at 0 s: the run lasts from 1"), "{said}");
     let series = folder.0.join("frames.svg");
     let series = series.to_str().expect("a name");
     folder.seeds(&["picture", told, "--from", "10", "--to", "12", "--every", "1", "-o", series]);

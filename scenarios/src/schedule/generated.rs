@@ -56,8 +56,13 @@ pub(super) fn generated(
             }
             mix.push((designator.to_owned(), weight));
         }
+        if mix.iter().all(|m| m.1 <= 0.0) {
+            let found = if mix.is_empty() { "no type" } else { "weights of 0 only" }.to_owned();
+            let needed = "a type with a weight above 0; without the key, the usual mix".to_owned();
+            return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
+        }
     }
-    let drawn_mix = mix.iter().all(|m| m.1 <= 0.0);
+    let drawn_mix = mix.is_empty();
     if drawn_mix {
         mix = owned(&USUAL_MIX);
     }
