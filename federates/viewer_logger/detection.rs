@@ -1,7 +1,9 @@
-//! Where the radars of a run see: pictures of the probability of detection over the airport, made when a page asks for one.
+//! Where the radars of a run see: pictures of the probability of detection, or of the error of a plot, over the airport, made when a page
+//! asks for one.
 //!
 //! Everything exact, a medium jet at the mean of its aspects, the weather of the time. The picture shows what is *not* seen:
-//! clear where detection is sure, violet where it is not, grey where nothing is displayed.
+//! clear where detection is sure, violet where it is not, grey where nothing is displayed; of errors clear up to a metre (1σ, the root of the
+//! sum of both variances), violet from ten on.
 
 use super::archive::Archive;
 use super::kept_scene;
@@ -18,6 +20,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Cells along the longer side, at most.
 const MOST_CELLS: f64 = 240.0;
+/// The same of a map of errors, which takes longer.
+const MOST_SIGMA_CELLS: f64 = 96.0;
 /// Cells are not smaller, m.
 const LEAST_STEP_M: f64 = 10.0;
 /// Beyond the outermost place of the airport, m.
@@ -36,6 +40,28 @@ pub struct Picture {
     pub corner_m: [f64; 2],
     /// Side of a cell, m.
     pub step_m: f64,
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum What {
+    /// Probability of detection in a scan.
+    #[default]
+    Pd,
+    /// Deviation of a plot on the ground.
+    Sigma,
+}
+
+impl What {
+    /// By its word in a request: `pd`, `sigma`.
+    #[must_use]
+    pub fn of(word: &str) -> Option<Self> {
+        match word {
+            "pd" => Some(Self::Pd),
+            "sigma" => Some(Self::Sigma),
+            _ => None,
+        }
+    }
 }
 
 /// Where the scene is found.
@@ -61,7 +87,7 @@ struct Radars {
 #[derive(Debug, Default)]
 struct Made {
     radars: Option<Radars>,
-    kept: BTreeMap<(Option<u16>, usize), Arc<Picture>>,
+    kept: BTreeMap<(Option<u16>, usize, What), Arc<Picture>>,
 }
 
 /// The pictures of one run, and the turns of its radars.
@@ -103,7 +129,12 @@ impl Maps {
     ///
     /// # Errors
     /// The scene cannot be had, or has no such radar; as one sentence.
-    pub fn picture(&self, sensor: Option<u16>, time_s: f64) -> Result<Arc<Picture>, String> {
+    pub fn picture(
+        &self,
+        sensor: Option<u16>,
+        time_s: f64,
+        what: What,
+    ) -> Result<Arc<Picture>, String> {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         let Made { radars, kept } = &mut *made;
         if radars.is_none() {
@@ -114,15 +145,23 @@ impl Maps {
             return Err("this sensor is not a radar".to_owned());
         }
         let weather = radars.weather.iter().rposition(|w| w.0 <= time_s).unwrap_or(0);
-        if let Some(picture) = kept.get(&(sensor, weather)) {
+        if let Some(picture) = kept.get(&(sensor, weather, what)) {
             return Ok(Arc::clone(picture));
         }
-        let picture = Arc::new(radars.picture(sensor, weather)?);
+        let picture = Arc::new(radars.picture(sensor, weather, what)?);
         if kept.len() >= MOST_KEPT {
             kept.pop_first();
         }
-        kept.insert((sensor, weather), Arc::clone(&picture));
+        kept.insert((sensor, weather, what), Arc::clone(&picture));
         Ok(picture)
+    }
+
+    /// What decides how well a sensor that is no radar sees: [`geometry::of`](super::geometry::of). Takes up to some tenths of a second.
+    ///
+    /// # Errors
+    /// As there, or the scene cannot be had.
+    pub fn geometry(&self, asked: &super::geometry::Asked) -> Result<serde_json::Value, String> {
+        super::geometry::of(&*self.scene()?, asked)
     }
 
     fn scene(&self) -> Result<Arc<Scene>, String> {
@@ -178,14 +217,21 @@ impl Radars {
         Ok(Self { radars, class, aspect, weather, low_m: low_m - beside, high_m: high_m + beside })
     }
 
-    fn picture(&mut self, sensor: Option<u16>, weather: usize) -> Result<Picture, String> {
+    fn picture(
+        &mut self,
+        sensor: Option<u16>,
+        weather: usize,
+        what: What,
+    ) -> Result<Picture, String> {
         let extent = self.high_m - self.low_m;
-        let step_m = (extent.max() / MOST_CELLS).max(LEAST_STEP_M).ceil();
+        let cells = if what == What::Pd { MOST_CELLS } else { MOST_SIGMA_CELLS };
+        let step_m = (extent.max() / cells).max(LEAST_STEP_M).ceil();
         let size = [extent.x, extent.y].map(|m| (m / step_m).ceil() as u32);
         let corner_m = [self.low_m.x, self.high_m.y];
         let weather = &self.weather[weather].1;
         let mut unseen = vec![None::<f64>; size[0] as usize * size[1] as usize];
-        for (_, radar) in self.radars.iter().filter(|r| sensor.is_none_or(|id| r.0 == id)) {
+        let asked = self.radars.iter_mut().filter(|r| sensor.is_none_or(|id| r.0 == id));
+        for (_, radar) in asked {
             let air = radar.air(weather);
             for (cell, unseen) in unseen.iter_mut().enumerate() {
                 let (column, row) = (cell as u32 % size[0], cell as u32 / size[0]);
@@ -194,16 +240,33 @@ impl Radars {
                     corner_m[1] - (f64::from(row) + 0.5) * step_m,
                     0.0,
                 );
-                if let Some(pd) = radar.detection_at(&air, &self.class, &self.aspect, place_m) {
-                    *unseen = Some(unseen.unwrap_or(1.0) * (1.0 - pd));
-                }
+                let (class, aspect) = (&self.class, &self.aspect);
+                let here = match what {
+                    // What none of them detects.
+                    What::Pd => radar
+                        .detection_at(&air, class, aspect, place_m)
+                        .map(|pd| unseen.unwrap_or(1.0) * (1.0 - pd)),
+                    // The best of them.
+                    What::Sigma => radar
+                        .survey(&air, class, aspect, place_m)
+                        .map(|s| unseen.map_or(s.sigma_m, |known| known.min(s.sigma_m))),
+                };
+                *unseen = here.or(*unseen);
             }
         }
-        let pixels: Vec<u8> = unseen.into_iter().flat_map(colour).collect();
+        let share = |figure: Option<f64>| match what {
+            What::Pd => colour(figure),
+            What::Sigma => colour(figure.map(|m| 0.5 * (m - CLEAR_M) / (FULL_M - CLEAR_M))),
+        };
+        let pixels: Vec<u8> = unseen.into_iter().flat_map(share).collect();
         let png = encoded(size, &pixels).map_err(|e| e.to_string())?;
         Ok(Picture { png, corner_m, step_m })
     }
 }
+
+/// Up to this deviation a place is clear, from this on it is full, m.
+const CLEAR_M: f64 = 1.0;
+const FULL_M: f64 = 10.0;
 
 /// Red, green, blue and opacity of a place that is missed with this probability; none: not displayed.
 fn colour(missed: Option<f64>) -> [u8; 4] {
@@ -252,9 +315,9 @@ mod tests {
         let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar");
         let site_m = radar.site_m.expect("a site").xy();
         let maps = Maps::of(Arc::clone(&scene));
-        let picture = maps.picture(None, 0.0).expect("a picture");
-        assert_eq!(*maps.picture(Some(radar.id.0), 1.0).expect("of it alone"), *picture);
-        assert!(maps.picture(Some(999), 0.0).is_err());
+        let picture = maps.picture(None, 0.0, What::Pd).expect("a picture");
+        assert_eq!(*maps.picture(Some(radar.id.0), 1.0, What::Pd).expect("of it alone"), *picture);
+        assert!(maps.picture(Some(999), 0.0, What::Pd).is_err());
         // Every cell is what the radar's own chance there says.
         let mut asde = radar.asde.as_ref().expect("one").radar(&scene, radar).expect("sound");
         let class = scene.traffic.types.get(TYPE).expect("a type").class.clone();
@@ -275,8 +338,28 @@ mod tests {
         assert!(hidden > 0 && open > 100, "{hidden} hidden, {open} open");
         // Under the mast nothing is displayed.
         assert_eq!(at(&picture, [site_m.x, site_m.y]), colour(None));
+        // The map of errors is the radar's own deviation there: clear beside it, violet far off.
+        let errors = maps.picture(None, 0.0, What::Sigma).expect("a picture of errors");
+        let (width, pixels) = decoded(&errors);
+        let (mut steep, mut known) = (BTreeMap::new(), 0);
+        for cell in (0..pixels.len() / 4).step_by(41) {
+            let (column, row) = ((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5);
+            let x = errors.corner_m[0] + column * errors.step_m;
+            let y = errors.corner_m[1] - row * errors.step_m;
+            let survey = asde.survey(&air, &class, &aspect, Point3::new(x, y, 0.0));
+            let Some(survey) = survey else {
+                assert_eq!(at(&errors, [x, y]), colour(None));
+                continue;
+            };
+            let share = 0.5 * (survey.sigma_m - 1.0) / 9.0;
+            assert_eq!(at(&errors, [x, y]), colour(Some(share)), "{} m", survey.sigma_m);
+            steep.insert((survey.sigma_m * 1e4) as i64, at(&errors, [x, y])[3]);
+            known += 1;
+        }
+        let (least, most) = (steep.values().min(), steep.values().max());
+        assert!(known > 50 && steep.values().is_sorted() && least < most, "{known} {steep:?}");
         // Heavy rain hides more.
-        let rain = maps.picture(None, 450.0).expect("a picture in rain");
+        let rain = maps.picture(None, 450.0, What::Pd).expect("a picture in rain");
         let opacity = |p: &Picture| decoded(p).1.chunks(4).map(|c| u64::from(c[3])).sum::<u64>();
         assert!(opacity(&rain) > opacity(&picture));
     }

@@ -9,7 +9,9 @@
 //! stage of an alert, emitter category, sensors of its plots in this scan (bit by the place of their kind), clearance, bits (0: the
 //! label is assumed, 1: unresolved, 2: coasted between), probability of the label and of existence (⌊254 p⌋, 255: unknown); then where
 //! it was one scan ago as it is known now, f32: east, north, variances ee, en, nn; four octets zero. State, stage,
-//! emitter category and clearance are 0 (unknown): no scan says them, alerts and situation travel beside it.
+//! emitter category and clearance are 0 (unknown). A message is made of the report of the SMDFM alone, which is there before alerts and
+//! clearances of its scan, and has to be the same octets out of a log; these travel beside it (`alerts`, `traffic`), and the page puts
+//! them together (`__viewer.tracks`: `state`, `alert`, `clearance`). No sensor here reports an emitter category.
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::flight_list::MovementKind;

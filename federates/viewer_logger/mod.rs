@@ -19,6 +19,7 @@ pub mod drawing;
 pub mod foreign;
 pub mod forks;
 pub mod frame;
+pub mod geometry;
 pub mod history;
 pub mod hold_lines;
 pub mod keeper;

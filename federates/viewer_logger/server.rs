@@ -322,6 +322,7 @@ fn router(state: Arc<Shared>) -> axum::Router {
         .route("/socket", get(upgrade))
         .route("/metrics", get(asked_for::figures))
         .route("/detection", get(asked_for::detection))
+        .route("/geometry", get(asked_for::geometry))
         .route("/video", get(asked_for::turn))
         .route("/seats", get(at_seat::seats))
         .route("/seat", post(at_seat::act))
@@ -414,7 +415,7 @@ fn listen_reason(error: &std::io::Error) -> String {
 }
 
 const POLICY: &str =
-    "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+    "default-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'";
 const MAX_BROWSERS: usize = 32;
 /// Of these, for one address beyond this host.
 const MAX_OF_ONE_CLIENT: usize = 8;

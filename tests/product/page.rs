@@ -12,6 +12,8 @@ mod demo;
 mod drive;
 #[path = "page/looks.rs"]
 mod looks;
+#[path = "page/panes.rs"]
+mod panes;
 #[path = "page/picture.rs"]
 mod picture;
 #[path = "page/seats.rs"]

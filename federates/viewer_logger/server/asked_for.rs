@@ -1,5 +1,7 @@
 //! What a page asks for beside its files and its WebSocket: figures, where the radars see, a turn of a radar's video.
 
+use super::super::detection::What;
+use super::super::geometry;
 use super::super::metrics;
 use super::super::video::{self, NoTurn};
 use super::Shared;
@@ -7,6 +9,8 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use models::frames::Point2;
+use models::time::SimTime;
 use serde::Deserialize;
 use std::sync::Arc;
 
@@ -19,12 +23,13 @@ pub(super) async fn figures(headers: HeaderMap, State(shared): State<Arc<Shared>
     ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
 }
 
-/// What a page asks of the radars: one of them (`sensor`), or all together, at a time, s.
-#[derive(Clone, Copy, Debug, Deserialize)]
+/// What a page asks of the radars: one of them (`sensor`), or all together, at a time, s; `of`: `pd` or `sigma`.
+#[derive(Clone, Debug, Deserialize)]
 pub(super) struct Asking {
     sensor: Option<u16>,
     #[serde(default)]
     t: f64,
+    of: Option<String>,
 }
 
 /// Where the radars see, as a picture; its place (west and north edge, side of a cell, m) in `x-place`.
@@ -37,15 +42,18 @@ pub(super) async fn detection(
         return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
     }
     let asking = asking.ok().map(|Query(asking)| asking).filter(|asking| asking.t.is_finite());
-    let Some(asking) = asking else {
-        let words = "sensor is a number of a sensor, t a time in seconds\n";
+    let what = |asking: &Asking| asking.of.as_deref().map_or(Some(What::Pd), What::of);
+    let Some((asking, what)) = asking.and_then(|asking| what(&asking).map(|what| (asking, what)))
+    else {
+        let words = "sensor is a number of a sensor, t a time in seconds, of pd or sigma\n";
         return (StatusCode::BAD_REQUEST, words).into_response();
     };
     let Some(maps) = shared.page.viewer().detection() else {
         return (StatusCode::NOT_FOUND, "there is no scene yet\n").into_response();
     };
     // A tenth of a second of arithmetic: not on the thread that serves.
-    let made = tokio::task::spawn_blocking(move || maps.picture(asking.sensor, asking.t)).await;
+    let made =
+        tokio::task::spawn_blocking(move || maps.picture(asking.sensor, asking.t, what)).await;
     match made {
         Ok(Ok(picture)) => {
             let [west, north] = picture.corner_m;
@@ -60,6 +68,57 @@ pub(super) async fn detection(
         Err(_) => {
             (StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made\n").into_response()
         }
+    }
+}
+
+/// Of which sensor a page asks the geometry, at a time, s, and for a target where, m east and north.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct AskingGeometry {
+    sensor: u16,
+    #[serde(default)]
+    t: f64,
+    x: Option<f64>,
+    y: Option<f64>,
+}
+
+impl AskingGeometry {
+    /// Numbers that are some: a time within a year of the start, a place within a thousand kilometres.
+    fn sound(self) -> Option<Self> {
+        let place = [self.x, self.y].into_iter().flatten().all(|m| m.abs() <= 1e6);
+        ((0.0..=3.2e7).contains(&self.t) && place).then_some(self)
+    }
+}
+
+/// Satellites, stations or loops of a sensor, and what they make of a position (JSON).
+pub(super) async fn geometry(
+    headers: HeaderMap,
+    asking: Result<Query<AskingGeometry>, QueryRejection>,
+    State(shared): State<Arc<Shared>>,
+) -> Response {
+    if let Err(reason) = shared.access.may_read(&headers) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let Some(asking) = asking.ok().and_then(|Query(asking)| asking.sound()) else {
+        let words =
+            "sensor is a number of a sensor, t a time in seconds, x and y a place in metres\n";
+        return (StatusCode::BAD_REQUEST, words).into_response();
+    };
+    let found = {
+        let viewer = shared.page.viewer();
+        viewer.detection().map(|maps| (maps, viewer.info().seed))
+    };
+    let Some((maps, seed)) = found else {
+        return (StatusCode::NOT_FOUND, "there is no scene yet\n").into_response();
+    };
+    let target_m = asking.x.zip(asking.y).map(|(x, y)| Point2::new(x, y));
+    let time = SimTime::from_s(asking.t);
+    let asked = geometry::Asked { sensor: asking.sensor, seed, time, target_m };
+    match tokio::task::spawn_blocking(move || maps.geometry(&asked)).await {
+        Ok(Ok(told)) => {
+            ([(header::CONTENT_TYPE, "application/json")], told.to_string()).into_response()
+        }
+        Ok(Err(reason)) => (StatusCode::NOT_FOUND, format!("{reason}\n")).into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "it could not be made\n").into_response(),
     }
 }
 
@@ -133,7 +192,9 @@ mod tests {
             stream.read_to_string(&mut answer).expect("an answer");
             answer
         };
-        for query in ["t=NaN", "t=inf", "t=-inf", "t=x", "sensor=-1", "sensor=70000", "sensor=a"] {
+        for query in
+            ["t=NaN", "t=inf", "t=-inf", "t=x", "sensor=-1", "sensor=70000", "sensor=a", "of=x"]
+        {
             let answer = get(&format!("/detection?{query}"));
             assert!(answer.starts_with("HTTP/1.1 400"), "{query}: {answer}");
             assert!(answer.contains("t a time in seconds"), "{query}: {answer}");
@@ -142,7 +203,12 @@ mod tests {
             let answer = get(&format!("/video?{query}"));
             assert!(answer.starts_with("HTTP/1.1 400"), "{query}: {answer}");
         }
+        for query in ["", "sensor=a", "sensor=1&t=NaN", "sensor=1&t=-1", "sensor=1&x=inf&y=1"] {
+            let answer = get(&format!("/geometry?{query}"));
+            assert!(answer.starts_with("HTTP/1.1 400"), "{query}: {answer}");
+        }
         // Sound, but there is no run yet.
+        assert!(get("/geometry?sensor=1&t=3").starts_with("HTTP/1.1 404"));
         assert!(get("/detection?t=3").starts_with("HTTP/1.1 404"));
         assert!(get("/video?sensor=1&scan=1").starts_with("HTTP/1.1 404"));
         server.stop();

@@ -28,6 +28,21 @@ export class Curve {
     this.#draw();
   }
 
+  /** Shows what another one has, in the colours of the page. */
+  show({ points, track, shownS }, colours) {
+    if (colours !== this.colouring) {
+      this.colouring = colours;
+      this.plot?.destroy();
+      this.plot = null;
+      this.drawn = -1;
+    }
+    if (track !== this.track || points.length !== this.drawn) {
+      Object.assign(this, { points, track, drawn: points.length });
+      this.#draw();
+    }
+    if (shownS !== this.shownS) this.mark(shownS);
+  }
+
   /** Marks the time that the map shows. */
   mark(seconds) {
     this.shownS = seconds;

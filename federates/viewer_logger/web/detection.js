@@ -1,9 +1,10 @@
-// Where the radars see: a picture of the server under the map. Violet: missed more often; grey: nothing is displayed.
+// Where the radars see: a picture of the server under the map. Violet: missed more often, or of errors (1σ) ten metres and more; grey:
+// nothing is displayed.
 
 export class Detection {
-  /** `sensor`: a radar's number, or null for all together; `changed()`: another picture is there. */
-  constructor(sensor, changed) {
-    Object.assign(this, { sensor, changed, key: null, picture: null, shown: 0 });
+  /** `sensor`: a radar's number, or null for all together; `changed()`: another picture is there; `of`: "pd" or "sigma". */
+  constructor(sensor, changed, of = "pd") {
+    Object.assign(this, { sensor, changed, of, key: null, picture: null, shown: 0 });
   }
 
   /** Draws the picture of the weather since `fromS`; asks for it where it is not there. */
@@ -25,7 +26,7 @@ export class Detection {
 
   async #ask(fromS) {
     const token = sessionStorage.getItem("token"), key = this.key;
-    const query = new URLSearchParams({ t: String(fromS) });
+    const query = new URLSearchParams({ t: String(fromS), of: this.of });
     if (this.sensor !== null) query.set("sensor", String(this.sensor));
     try {
       const answer = await fetch(`/detection?${query}`, token ? { headers: { Authorization: `Bearer ${token}` } } : {});

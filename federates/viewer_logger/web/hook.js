@@ -1,5 +1,6 @@
 // The one hook for tests and tools: getters only, values are frozen copies.
 
+import { stagesOf } from "./alerts.js";
 import { SHORT_LEADER } from "./labels.js";
 
 const copy = (value) => Object.freeze(JSON.parse(JSON.stringify(value ?? null)));
@@ -8,6 +9,12 @@ const copy = (value) => Object.freeze(JSON.parse(JSON.stringify(value ?? null)))
 export function labelSaid([id, { x, y, w, h, level, ax, ay, runway, sx, sy }]) {
   const leader = Math.hypot(ax - sx, ay - sy) < SHORT_LEADER ? null : [[sx, sy], [ax, ay]];
   return { id, level, box: { x, y, w, h }, leader, on_runway: runway > 0 };
+}
+
+/** What is said of a track beside its scan: what it does by map and speed, stage of its alert (0 to 2), the kind it was cleared for last. */
+export function besideOf(track, { situation, alerted, traffic }) {
+  const mover = track.callsign && !track.assumed ? traffic?.movers.find((m) => m.callsign === track.callsign) : null;
+  return { state: mover?.phase ?? situation?.stateOf(track) ?? "", alert: { information: 1, alarm: 2 }[alerted?.get(track.id)] ?? 0, clearance: mover?.cleared?.at(-1)?.kind ?? "" };
 }
 
 /** Puts `window.__viewer` there; `page` has the state and the parts. */
@@ -26,7 +33,7 @@ export function expose({ state, map, line, curve, alerts, panes, insets, address
     timeS: () => state.scan?.timeS ?? null,
     live: () => state.live,
     timeline: () => copy(state.timeline),
-    tracks: () => copy((state.scan?.tracks ?? []).map(drawn)),
+    tracks: () => copy((state.scan?.tracks ?? []).map((t) => ({ ...drawn(t), ...besideOf(t, { situation: map.situation, alerted: stagesOf(state.scan, alerts.open), traffic: state.traffic }) }))),
     truth: () => copy((state.scan?.truth ?? []).map(drawn)),
     plots: () => copy((state.scan?.plots ?? []).map((p) => ({ ...drawn(p), shown: !map.sensorsOff.has(p.sensor) }))),
     labels: () => copy([...map.labels].map(labelSaid)),
@@ -35,6 +42,7 @@ export function expose({ state, map, line, curve, alerts, panes, insets, address
     longest_task_ms: () => map.longestMs,
     runs: () => copy(state.runs),
     shownRuns: () => copy(state.shownRuns),
+    compared: () => copy({ mode: map.compared?.mode, text: map.compared?.seen.text, cells: map.compared?.seen.cells.size }),
     others: () => copy([...map.others].map(([run, scan]) => ({ run, timeS: scan.timeS, tracks: scan.tracks.length }))),
     strip: () => copy(line.strip),
     events: () => copy(line.events),

@@ -3,6 +3,7 @@
 import { Address } from "./address.js";
 import { AlertPanel, alertWords, runwayOf, subjectOf } from "./alerts.js";
 import { CommandLine } from "./command.js";
+import { Compared } from "./compare.js";
 import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
 import { decode, setWords } from "./frame.js";
@@ -17,6 +18,7 @@ import { Panes } from "./panes.js";
 import { runList } from "./runs.js";
 import { MapView } from "./map.js";
 import { clearanceFacts, StripPanel, stripsOf } from "./strips.js";
+import { sidePanes } from "./sidepanes.js";
 import { playback } from "./playback.js";
 import { TimeLine } from "./time.js";
 import { found, latLon, Tools, tutorial } from "./tools.js";
@@ -72,7 +74,14 @@ const onPick = (strip) => {
   else lists.selected(null, strip.callsign);
   lists.flight(strip.callsign);
 };
-const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged() });
+const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged(), runName: (place) => state.shownRuns[place] ?? "" });
+const compared = new Compared(byId("run-beside"), {
+  map, names: () => state.shownRuns, changed: () => {
+    panes.setRuns(compared.mode === "side" ? state.shownRuns.slice(1).map((_, i) => i + 1) : []);
+    addressChanged(true);
+  },
+});
+map.compared = compared;
 const insets = new Insets(byId("map-box"), map, { onPick: (id) => select(id), onChange: () => addressChanged() });
 map.onDrawn = () => {
   panes.draw();
@@ -119,6 +128,16 @@ const { showScan, showTime, setLive, setPlaying, showTimeline, finished, askStri
 const { showClock, showState, showLink, showWeather } = head({ state, map, curve, finished });
 
 const { showRuns, openRuns } = runList({ state, link, forgetStrip, changed: () => addressChanged(true) });
+panes.makers = sidePanes({
+  state, curve, onTime: (scan) => showScan(scan), send: (message) => link.send(message), close: (name) => panes.toggle(name),
+  addStrips(box) {
+    const panel = stripPanel(box);
+    strips.push(panel);
+    setTimeout(showStrips, 0);
+    return panel;
+  },
+  dropStrips: (panel) => strips.splice(strips.indexOf(panel), 1),
+});
 const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
 
 const stripBoxes = [byId("bays-list")];
@@ -130,7 +149,8 @@ const lists = panels(byId("tabs"), page, (key) => {
 const sayLine = new CommandLine({ form: byId("say"), input: byId("clearance-line"), says: byId("said"), next: byId("next") }, {
   state, map, seats: () => page.seats, finished, focusMap: () => byId("map").focus(),
 });
-const strips = stripBoxes.map((box) => new StripPanel(box, { onPick, onAct: (callsign, act) => page.seats.clear(act.seat, callsign, act.clearance), time: (s) => utc(state.run?.start_utc_ns, s) }));
+const stripPanel = (box) => new StripPanel(box, { onPick, onAct: (callsign, act) => page.seats.clear(act.seat, callsign, act.clearance), time: (s) => utc(state.run?.start_utc_ns, s) });
+const strips = stripBoxes.map(stripPanel);
 
 // ---- messages ----
 
@@ -157,6 +177,8 @@ function onText(message) {
       state.runs = message.runs;
       state.shownRuns = message.shown;
       map.others.clear();
+      compared.forget();
+      if (compared.mode) compared.page.changed();
       showRuns();
       break;
     case "no_picture":
@@ -233,6 +255,7 @@ function onScan(buffer) {
     const scan = decode(buffer);
     if (scan.run) {
       map.setOther(scan.run, scan);
+      compared.scan();
       return;
     }
     state.scan = scan;
@@ -317,7 +340,7 @@ function selectNext(step) {
 /** Strips of the time shown, where they are seen. */
 function showStrips() {
   sayLine.show();
-  if (!state.scan || (!lists.isShown("strips") && map.skin !== "controller")) return;
+  if (!state.scan || (!lists.isShown("strips") && map.skin !== "controller" && !panes.has("strips"))) return;
   const { flights: list, scan, traffic } = state;
   state.strips = stripsOf({ flights: list, scan, traffic, ground: map.situation, timeS: scan.timeS });
   for (const strip of state.strips) strip.act = page.seats.mine(strip.callsign).find((p) => p.asked) ?? null;
@@ -328,6 +351,7 @@ function showStrips() {
 function showSees(seats) {
   const aboard = (seat) => /^(driver|pilot) /.test(seat), box = byId("sees");
   box.hidden = !seats.length;
+  map.blind = seats.length > 0;
   box.textContent = `${seats.join(", ")}: ${seats.every(aboard) ? "only who is in sight" : "as sensors have it, without the truth"}`;
 }
 
@@ -455,7 +479,7 @@ const address = new Address({
   colours: (colours) => setColours(colours),
   layer: (key, on) => setLayer(key, on),
   skin: (skin) => setSkin(skin),
-  ...viewOf({ state, map, panes, insets, lists, search, openRuns, grantTime, grantSelection }),
+  ...viewOf({ state, map, panes, insets, lists, compared, search, openRuns, grantTime, grantSelection }),
 });
 
 /** Tabs that hold a run against the truth. */

@@ -5,6 +5,7 @@
 
 import { Bitmap, MARGIN } from "./bitmap.js";
 import { Camera } from "./camera.js";
+import { paintHeat, paintHollow } from "./compare.js";
 import { kinds, setKinds } from "./frame.js";
 import { placing, thin } from "./labels.js";
 import { paintAirport, paintScale } from "./paint.js";
@@ -353,7 +354,9 @@ export class MapView {
 
   *#painting(scan) {
     const see = { ...this.#see(), scan, cam: this.cam.copy() }, g = this.next.begin(see.cam, this.ratio), faint = see.c.coverage;
-    for (const other of this.others.values()) yield* paintingTraffic(g, { ...see, scan: other, layers: BESIDE, c: { ...see.c, arrival: faint, departure: faint, vehicle: faint, unknown: faint } });
+    paintHeat(g, see);
+    if (!this.compared?.mode) for (const other of this.others.values()) yield* paintingTraffic(g, { ...see, scan: other, layers: BESIDE, c: { ...see.c, arrival: faint, departure: faint, vehicle: faint, unknown: faint } });
+    else if (this.compared.mode !== "side") paintHollow(g, see);
     paintPosition(g, see);
     yield;
     for (const _ of paintingTraffic(g, see)) {

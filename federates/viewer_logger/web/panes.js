@@ -1,6 +1,7 @@
 // Panes beside the map, on its clock and with its view: what one sensor sees, or the tracks alone.
 
 import { Detection } from "./detection.js";
+import { Geometry } from "./geometry.js";
 import { paintAirport, paintScale, paintWeather } from "./paint.js";
 import { paintSelected, paintTraffic, plotMark, sound } from "./traffic.js";
 import { element, fixed } from "./text.js";
@@ -27,6 +28,14 @@ class Pane {
     const close = element("button", "\u00d7", { type: "button", title: "Close this pane", "aria-label": `Close the pane ${this.title}` });
     this.closer = close;
     close.addEventListener("click", () => panes.toggle(name));
+    this.of = "pd";
+    this.errors = element("button", "1\u03c3", { type: "button", "aria-pressed": "false", title: "Under the plots: how far off a plot would be (1\u03c3, violet from 10 m on), not how surely there is one" });
+    this.errors.addEventListener("click", () => {
+      this.of = this.of === "pd" ? "sigma" : "pd";
+      this.errors.setAttribute("aria-pressed", String(this.of === "sigma"));
+      Object.assign(this, { detection: null, key: "" });
+      this.draw();
+    });
     this.knobs = element("div", [], { class: "knobs", hidden: "" });
     this.box = element("section", [element("header", [this.head, this.told, this.knobs, close]), this.canvas], { class: "pane", "data-pane": name });
     this.canvas.addEventListener("click", (event) => panes.pick(this, event));
@@ -41,8 +50,18 @@ class Pane {
     return this.panes.map.airport?.sensors?.find((s) => s.id === this.sensor) ?? null;
   }
 
+  /** Place of another run among those shown, of which this is the picture; null for the run looked at. */
+  get run() {
+    return this.name.startsWith("run:") ? Number(this.name.slice(4)) : null;
+  }
+
   get title() {
+    if (this.run !== null) return this.panes.runName(this.run);
     return this.sensor === null ? "Tracks" : this.site?.name || `Sensor ${this.sensor}`;
+  }
+
+  close() {
+    this.video?.close();
   }
 
   /** The radar's video, where it is asked for; what is asked of the server follows the scan shown. */
@@ -79,8 +98,17 @@ class Pane {
     return cam;
   }
 
+  /** What decides how well a sensor that is no radar sees; asked for with the scans, drawn when it comes. */
+  askGeometry(scan) {
+    const kind = this.site?.kind;
+    if (!kind || kind === "asde") return;
+    this.geometry ??= new Geometry(this.sensor, () => this.draw());
+    this.geometry.take(scan, this.panes.map.find(this.panes.map.selected));
+  }
+
   /** Keeps the scan's plots for the afterglow; a moment jumped to has none before it. */
   take(scan) {
+    this.askGeometry(scan);
     if (this.past.at(-1)?.scan === scan.scan) return;
     if (this.past.at(-1)?.scan !== scan.scan - 1) this.past = [];
     this.past.push({ scan: scan.scan, plots: scan.plots.filter((p) => p.sensor === this.sensor && sound(p)) });
@@ -91,15 +119,17 @@ class Pane {
     const { map } = this.panes, { canvas } = this, ratio = window.devicePixelRatio || 1, cam = this.camera();
     const w = Math.round(cam.width * ratio), h = Math.round(cam.height * ratio);
     if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
-    const g = canvas.getContext("2d"), c = map.c, scan = map.scan;
+    const g = canvas.getContext("2d"), c = map.c, scan = this.run === null ? map.scan : map.others.get(this.run) ?? null;
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.ground(g, cam, ratio);
+    if (!scan) this.told.textContent = "no picture at this time";
     if (scan) {
       if (this.sensor === null) this.tracks(g, cam, scan);
       else this.seen(g, cam, scan);
-      paintSelected(g, cam, c, map.find(map.selected));
+      if (this.run === null) paintSelected(g, cam, c, map.find(map.selected));
     }
     paintScale(g, cam, c);
+    if (this.site?.kind === "asde" && !this.errors.isConnected) this.closer.before(this.errors);
     if (this.head.textContent !== this.title) {
       this.head.textContent = this.title;
       this.closer.setAttribute("aria-label", `Close the pane ${this.title}`);
@@ -116,7 +146,7 @@ class Pane {
       const u = this.under.getContext("2d");
       u.setTransform(ratio, 0, 0, ratio, 0, 0);
       // Under what a radar sees: how surely it would.
-      if (this.site?.kind === "asde") this.detection ??= new Detection(this.sensor, () => this.panes.draw());
+      if (this.site?.kind === "asde") this.detection ??= new Detection(this.sensor, () => this.panes.draw(), this.of);
       paintAirport(u, { airport: map.airport, cam, c: map.c, layers: { buildings: true, coverage: this.sensor !== null }, box: { x: 0, y: 0, w: cam.width, h: cam.height } });
       if (!this.video) this.detection?.paint(u, cam, (map.weather?.from_ns ?? 0) / 1e9);
     }
@@ -136,6 +166,7 @@ class Pane {
     const { map } = this.panes, { c } = map, { plots, ghosts, missed, rms } = sensorScan(scan, this.sensor, this.site), kind = this.site?.kind ?? plots[0]?.kind ?? "other";
     if (this.video) this.video.paint(g, cam, c.video, scan.timeS);
     else if (this.site?.position_m) this.shadows(g, cam);
+    this.geometry?.paintUnder(g, cam, c);
     paintWeather(g, { weather: map.weather, cam, c });
     g.strokeStyle = c[`plot-${kind}`] ?? c["plot-other"];
     this.past.forEach((turn, i) => {
@@ -146,7 +177,8 @@ class Pane {
       g.stroke();
     });
     g.globalAlpha = 1;
-    if (map.skin === "controller") {
+    this.geometry?.paintOver(g, cam, c, scan, map.find(map.selected));
+    if (map.skin === "controller" || map.blind) {
       this.told.textContent = this.said(`${plots.length} plots`);
       return;
     }
@@ -171,7 +203,8 @@ class Pane {
   }
 
   said(text) {
-    return this.videoSays ? `${text}; ${this.videoSays}` : text;
+    const { scan } = this.panes.map;
+    return [text, this.geometry?.text(scan), this.videoSays].filter(Boolean).join("; ");
   }
 
   /** What the buildings of the scene hide from the sensor: from each wall away from it. */
@@ -193,13 +226,14 @@ class Pane {
 }
 
 export class Panes {
-  /** `onPick(id)`, `onChange()`. */
-  constructor(box, map, { onPick, onChange }) {
-    Object.assign(this, { box, map, onPick, onChange, list: [] });
+  /** `onPick(id)`, `onChange()`, `runName(place)`; `makers` of panes that show no sensor, by the kind before the colon. */
+  constructor(box, map, { onPick, onChange, runName = String }) {
+    Object.assign(this, { box, map, onPick, onChange, runName, list: [], makers: {} });
   }
 
+  /** As the address has them: other runs stand there by `cmp`. */
   get names() {
-    return this.list.map((p) => p.name);
+    return this.list.map((p) => p.name).filter((name) => !name.startsWith("run:"));
   }
 
   has(name) {
@@ -209,12 +243,12 @@ export class Panes {
   toggle(name) {
     if (this.has(name)) {
       const gone = this.list.find((p) => p.name === name);
-      gone.video?.close();
+      gone.close();
       gone.box.remove();
     }
     else if (this.list.length >= MOST_PANES) return false;
     const before = this.list.filter((p) => p.name !== name);
-    this.list = this.has(name) ? before : [...before, new Pane(name, this)];
+    this.list = this.has(name) ? before : [...before, this.makers[name.split(":")[0]]?.(name) ?? new Pane(name, this)];
     this.box.replaceChildren(...this.list.map((p) => p.box));
     this.box.hidden = !this.list.length;
     if (this.map.scan) this.scan(this.map.scan);
@@ -226,7 +260,14 @@ export class Panes {
   /** As the address has them. */
   set(names) {
     for (const name of this.names) if (!names.includes(name)) this.toggle(name);
-    for (const name of names) if (!this.has(name) && (name === "tracks" || name.startsWith("sensor:"))) this.toggle(name);
+    for (const name of names) if (!this.has(name) && name !== "map") this.toggle(name);
+  }
+
+  /** Other runs side by side, or none of them. */
+  setRuns(places) {
+    const wanted = places.map((place) => `run:${place}`);
+    for (const { name } of [...this.list]) if (name.startsWith("run:") && !wanted.includes(name)) this.toggle(name);
+    for (const name of wanted) if (!this.has(name)) this.toggle(name);
   }
 
   scan(scan) {

@@ -5,6 +5,8 @@ import { element } from "./text.js";
 import { plotMark } from "./traffic.js";
 
 const byId = (id) => document.getElementById(id);
+/** Panes that are no sensor's: name in the address, title. */
+const MORE_PANES = [["tracks", "Tracks alone"], ["eye:tower", "Eye"], ["curve", "Error curve"], ["strips", "Strips"], ["dial", "All filters"]];
 
 /** `page` has state, map, panes, changed() and say({accepted, text}). */
 export function switches({ state, map, panes, changed: addressChanged, say: showAnswer }) {
@@ -17,7 +19,7 @@ export function switches({ state, map, panes, changed: addressChanged, say: show
       const hint = i < 9 ? `${title} (${i + 1})` : title;
       list.append(element("label", [box, title], { for: box.id, title: hint }));
     });
-    list.append(element("div", [], { id: "sensor-layers" }), element("div", [element("span", "Tracks alone"), paneButton("tracks", "Tracks")], { class: "sensor" }));
+    list.append(element("div", [], { id: "sensor-layers" }), ...MORE_PANES.map(([pane, title]) => element("div", [element("span", title), paneButton(pane, title)], { class: "sensor" })));
     const narrow = matchMedia("(max-width: 900px)");
     const fold = () => (byId("layers").open = !narrow.matches);
     narrow.addEventListener("change", fold);

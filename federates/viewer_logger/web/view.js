@@ -8,13 +8,14 @@ export function entityName(t) {
 }
 
 /** What the address asks of the page: `apply` a view that was read, and the `state` that is to be written. */
-export function viewOf({ state, map, panes, insets, lists, search, openRuns, grantTime, grantSelection }) {
+export function viewOf({ state, map, panes, insets, lists, compared, search, openRuns, grantTime, grantSelection }) {
   return {
     apply(wanted) {
       for (const key of ["t", "sel", "follow", "play", "run"]) if (wanted[key] !== undefined) state.wish[key] = wanted[key];
       if (wanted.ab) state.loop = wanted.ab;
       if (wanted.rb) map.tools.setPairs(wanted.rb);
       if (wanted.pane) panes.set(wanted.pane);
+      if (wanted.cmp) compared.set(wanted.cmp);
       insets.set([wanted.in1, wanted.in2]);
       if (wanted.find) setTimeout(() => search(wanted.find), 500);
       if (wanted.tab) lists.showTab(wanted.tab);
@@ -33,6 +34,7 @@ export function viewOf({ state, map, panes, insets, lists, search, openRuns, gra
       if (panes.list.length) shown.pane = ["map", ...panes.names];
       if (state.loop) shown.ab = state.loop.map((s) => Number(s.toFixed(3)));
       if (target) shown.sel = target.callsign || (target.number !== undefined ? `#${target.number}` : entityName(target));
+      if (compared.mode) shown.cmp = compared.mode;
       if (state.playing) shown.play = true;
       if (state.tab !== "tracks") shown.tab = state.tab;
       if (map.skin === "controller") shown.skin = "controller";

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { expose, labelSaid } from "../web/hook.js";
+import { besideOf, expose, labelSaid } from "../web/hook.js";
 import { Field, place } from "../web/labels.js";
 
 test("a label says its box, its leader where one is drawn, and whether it lies on a runway", () => {
@@ -32,4 +32,12 @@ test("the hooks have all getters that are specified, and nothing can be set", ()
   delete globalThis.window;
   const eye = readFileSync(new URL("../web/eye.js", import.meta.url), "utf8").split('"__eye"')[1];
   for (const name of ["pose", "fov", "beta", "visibility_m", "visible", "marks", "lamps", "age_s", "triangles", "calls", "frames"]) assert.match(eye, new RegExp(`\\b${name}: \\(\\) =>`));
+});
+
+test("a track has what it does, its alert and its clearance, though no scan says them", () => {
+  const situation = { stateOf: (t) => (t.x > 0 ? "taxiing" : "parked") }, alerted = new Map([["t2", "information"], ["t3", "alarm"]]);
+  const traffic = { movers: [{ callsign: "SWR1", phase: "lined up", cleared: [{ kind: "LUP" }, { kind: "TOF" }] }] }, of = (t) => besideOf(t, { situation, alerted, traffic });
+  assert.deepEqual(of({ id: "t2", callsign: "SWR1", x: 5 }), { state: "lined up", alert: 1, clearance: "TOF" });
+  assert.deepEqual(of({ id: "t3", callsign: "SWR1", assumed: true, x: 5 }), { state: "taxiing", alert: 2, clearance: "" }, "a name in doubt is nobody's");
+  assert.deepEqual(of({ id: "t4", callsign: "", x: -1 }), { state: "parked", alert: 0, clearance: "" });
 });

@@ -115,3 +115,40 @@ fn a_person_takes_a_seat_and_clears_by_button_digit_line_and_strip() {
     assert!(all.iter().all(|o| o.seat == "ground" && json!(o.person) == me), "{all:?}");
     w.assert_no_complaint();
 }
+
+/// Enter on the map goes to the line, Tab completes, an error stands in words under its column, and up brings back what was said.
+#[test]
+fn the_line_is_used_by_keyboard_alone() {
+    let Some(mut w) = watch(40) else { return };
+    let orders = orders(&w);
+    sit_down(&mut w);
+    w.browser.eval("document.getElementById('map').focus()");
+    w.browser.key("Enter");
+    w.browser.until("document.activeElement?.id === 'clearance-line'");
+    let value = "document.getElementById('clearance-line').value";
+    ["e", "d", "w"].iter().for_each(|c| w.browser.key(c));
+    w.browser.key("Tab");
+    w.browser.until(&format!("{value} === 'EDW229 '"));
+    let send = "document.getElementById('clearance-line').form.requestSubmit()";
+    ["w", "a", "x"].iter().for_each(|c| w.browser.key(c));
+    w.browser.eval(send);
+    let said = "document.getElementById('said').textContent";
+    w.browser.until(&format!("{said} === '       \u{25b2} no such clearance'"));
+    assert!(orders.lock().expect("not poisoned").is_empty(), "nothing was sent");
+    ["Backspace", "Backspace", "Backspace"].iter().for_each(|c| w.browser.key(c));
+    w.browser.eval("(() => { const l = document.getElementById('clearance-line'); l.value = 'EDW229 t'; l.dispatchEvent(new Event('input')); })()");
+    w.browser.until(&format!("{said}.startsWith('EDW229: taxi ')"));
+    w.keep_screenshot("line-1280");
+    w.browser.eval(send);
+    let taken = || orders.lock().expect("not poisoned").len() == 1;
+    assert!(super::demo::soon(taken));
+    w.browser.until(&format!("{value} === ''"));
+    w.browser.key("ArrowUp");
+    w.browser.until(&format!("{value} === 'EDW229 t'"));
+    w.browser.key("Escape");
+    w.browser.until("document.activeElement?.id === 'map'");
+    let order = orders.lock().expect("not poisoned")[0].clone();
+    assert_eq!(order.seat, "ground");
+    assert!(matches!(order.action, SeatAction::Say { clearance: ClearanceKind::Taxi, .. }));
+    w.assert_no_complaint();
+}
