@@ -168,8 +168,26 @@ pub fn table(statistics: &serde_json::Value) -> String {
         }
     }
     let _ = writeln!(out);
-    for (name, value) in statistics["measures"].as_object().into_iter().flatten() {
+    // Of sensors and tracker, then of traffic that behaves, where there is any.
+    let measures = ["measures", "traffic"].into_iter().filter_map(|of| statistics[of].as_object());
+    for (name, value) in measures.flatten() {
         let _ = writeln!(out, "{name:<24}{:>12.3}", number(value));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn the_status_lists_measures_of_tracks_and_then_those_of_the_traffic() {
+        let without = json!({"measures": {"pd_asde": 0.98}, "state": {}});
+        let mut with = without.clone();
+        with["traffic"] = json!({"fuel, kg": 812.5});
+        let last = |statistics| table(&statistics).lines().last().map(str::to_owned);
+        assert_eq!(last(without).as_deref(), Some("pd_asde                        0.980"));
+        assert_eq!(last(with).as_deref(), Some("fuel, kg                     812.500"));
+    }
 }

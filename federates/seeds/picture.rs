@@ -112,8 +112,8 @@ impl Task {
             found.with_context(|| {
                 format!(
                     "there is no picture at {at_s} s: the run lasts from {} to {} s",
-                    first.s(),
-                    last.s()
+                    (1e3 * first.s()).round() / 1e3,
+                    (1e3 * last.s()).round() / 1e3
                 )
             })
         };
