@@ -218,7 +218,7 @@ pub struct Core {
     /// By node: the part of the network that it is in where strips are left out; empty without vehicles.
     parts: Arc<Vec<usize>>,
     /// By stand, size, runway and end: how it is left, if it can be.
-    leaves: BTreeMap<(usize, (u64, u64), usize, usize), Option<stands::Leaving>>,
+    leaves: BTreeMap<stands::Left, Option<stands::Leaving>>,
     /// Rings of movers that wait for each other under a policy that rules them out.
     unexpected: u64,
 }

@@ -8,6 +8,9 @@ use crate::traffic::pieces::SIZES;
 use crate::traffic::way::Arcs;
 use std::sync::Arc;
 
+/// What tells ways off stands apart: stand, size, runway and end.
+pub(super) type Left = (usize, (u64, u64), usize, usize);
+
 /// How a stand is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Leaving {
