@@ -33,12 +33,12 @@ fn bad_scenes_give_one_line() {
         (
             "seed = 1",
             "sed = 1",
-            "zurich.toml:6: run.sed: unknown key, did you mean `seed`?; allowed here: title, seed, start, duration_s, exercise, site, frame_s, scan_s, dead_reckoning, heartbeat",
+            "zurich.toml:6: run.sed: unknown key, did you mean `seed`?; allowed here: title, seed, start, duration_s, exercise, site, targets_max, frame_s, scan_s, dead_reckoning, heartbeat",
         ),
         (
             "duration_s = 600",
             "duration_min = 10",
-            "zurich.toml:8: run.duration_min: unknown key, did you mean `duration_s`?; allowed here: title, seed, start, duration_s, exercise, site, frame_s, scan_s, dead_reckoning, heartbeat",
+            "zurich.toml:8: run.duration_min: unknown key, did you mean `duration_s`?; allowed here: title, seed, start, duration_s, exercise, site, targets_max, frame_s, scan_s, dead_reckoning, heartbeat",
         ),
         (
             "duration_s = 600",
