@@ -1,6 +1,6 @@
 //! The page's server: static files out of the executable and one WebSocket a browser, on a thread of its own.
 //!
-//! Who may do what stands in [`super::access`], how many connections there are in `connections`.
+//! Who may do what stands in [`crate::runtime::access`], how many connections there are in `connections`.
 
 mod asked_for;
 mod at_seat;
