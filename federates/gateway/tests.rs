@@ -300,24 +300,11 @@ fn alerts_and_stop_bars_go_out_while_they_last_and_once_when_they_end() {
 fn squitters_of_reports_say_what_the_sensors_were_told() {
     use geodesy::Geodetic;
     use models::frames::Point3;
-    let flight = |callsign: &str, address, movement| FlightNotice {
-        callsign: callsign.into(),
-        address: Some(address),
-        type_designator: "A320".into(),
-        wake: Some(WakeCategory::Medium),
-        movement,
-        runway: "28".into(),
-        stand: String::new(),
-        stand_m: None,
-        eta_ctd_ns: 0,
-        off_block_ns: None,
-        routing: Vec::new(),
-    };
     let board = board::Board::new(&scene(), 1, true).sending(adsb::Origin::Reports);
     board.on_flights(vec![
-        flight("SWR137H", 0x4b_1805, MovementKind::Arrival),
-        flight("FIRE1", 0x4b_0002, MovementKind::Vehicle),
-        flight("SWR9", 0x4b_0009, MovementKind::Departure),
+        flight("SWR137H", Some(0x4b_1805), MovementKind::Arrival),
+        flight("FIRE1", Some(0x4b_0002), MovementKind::Vehicle),
+        flight("SWR9", Some(0x4b_0009), MovementKind::Departure),
     ]);
     let told = |identity: &str, time_ns, place: [f64; 2], velocity_mps, altitude_m| PlotMessage {
         kind: SensorKind::Adsb,
@@ -386,10 +373,9 @@ fn squitters_of_reports_say_what_the_sensors_were_told() {
     assert!(shown(12, vec![]).is_empty(), "silent for more than eleven seconds");
 }
 
-/// An aircraft on final and a fire engine that stands, with their flights; somebody without an address.
-fn on_final(scan: u64) -> (Vec<FlightNotice>, ScanReport) {
-    use models::frames::Point3;
-    let flight = |callsign: &str, address, movement| FlightNotice {
+/// A flight of an A320 on runway 28.
+fn flight(callsign: &str, address: Option<u32>, movement: MovementKind) -> FlightNotice {
+    FlightNotice {
         callsign: callsign.into(),
         address,
         type_designator: "A320".into(),
@@ -401,7 +387,12 @@ fn on_final(scan: u64) -> (Vec<FlightNotice>, ScanReport) {
         eta_ctd_ns: 0,
         off_block_ns: None,
         routing: Vec::new(),
-    };
+    }
+}
+
+/// An aircraft on final and a fire engine that stands, with their flights; somebody without an address.
+fn on_final(scan: u64) -> (Vec<FlightNotice>, ScanReport) {
+    use models::frames::Point3;
     let truth = |entity, callsign: &str, position_m: [f64; 3], velocity_mps, heading_rad| {
         crate::runtime::messages::TruthMessage {
             id: [1, 1, entity],

@@ -349,10 +349,7 @@ impl Journaled {
     /// Where a file is named, or `losses` say that another process takes the place of the station.
     fn of(args: &RunArgs, losses: &Losses) -> anyhow::Result<Option<Self>> {
         let again = losses.on_loss.of(STATION) == Some(OnLoss::TakeOver);
-        if let Some(file) = &args.continues {
-            return Ok(Some(Self { file: file.clone(), named: true, again }));
-        }
-        if let Some(file) = &args.journal {
+        if let Some(file) = args.continues.as_ref().or(args.journal.as_ref()) {
             return Ok(Some(Self { file: file.clone(), named: true, again }));
         }
         if !again {

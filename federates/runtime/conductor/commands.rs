@@ -54,11 +54,7 @@ impl Conductor {
                     let text = if n == 0 {
                         "a step is at least one frame".to_owned()
                     } else {
-                        format!(
-                            "'step' is not possible while {}; possible now: {}",
-                            self.phase,
-                            possible(self.phase)
-                        )
+                        self.impossible("step")
                     };
                     effects.push(Effect::Answer(token, self.answer(false, &text)));
                 } else {
@@ -138,6 +134,12 @@ impl Conductor {
         self.push_state(now, effects);
     }
 
+    /// That a command is not possible now, and which are.
+    fn impossible(&self, word: &str) -> String {
+        let (phase, now) = (self.phase, possible(self.phase));
+        format!("'{word}' is not possible while {phase}; possible now: {now}")
+    }
+
     /// Goes on without a lost member that time stands for, as `on_loss = "degrade"` would have from the begin.
     ///
     /// # Errors
@@ -149,11 +151,7 @@ impl Conductor {
         effects: &mut Vec<Effect>,
     ) -> Result<String, String> {
         if !matches!(self.phase, Phase::Running | Phase::Frozen) {
-            return Err(format!(
-                "'without' is not possible while {}; possible now: {}",
-                self.phase,
-                possible(self.phase)
-            ));
+            return Err(self.impossible("without"));
         }
         let lost = self.lost_names();
         if !lost.iter().any(|lost| lost == name) {
@@ -223,11 +221,7 @@ impl Conductor {
         effects: &mut Vec<Effect>,
     ) -> Result<String, String> {
         if !matches!(self.phase, Phase::Running | Phase::Frozen) {
-            return Err(format!(
-                "'move' is not possible while {}; possible now: {}",
-                self.phase,
-                possible(self.phase)
-            ));
+            return Err(self.impossible("move"));
         }
         if let Some(why) = self.fault_blocks() {
             return Err(why);
