@@ -295,7 +295,8 @@ fn a_frozen_run_is_seen_to_stand_and_its_replay_is_the_run() {
     assert!(common::wait_for(soon, running).is_some(), "{:?}", common::status(&ports));
     let (frozen, words) = common::operate(&ports, &["freeze"]);
     assert!(frozen, "{words}");
-    std::thread::sleep(Duration::from_millis(300));
+    // Long enough for a generator that waits for a processor.
+    std::thread::sleep(Duration::from_secs(2));
     let (going, words) = common::operate(&ports, &["start"]);
     assert!(going, "{words}");
     let output = finished.join().expect("it ends");
