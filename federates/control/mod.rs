@@ -285,7 +285,8 @@ impl Federate for Control {
             let times = (run.frame.s(), run.start_utc_ns);
             let airport = (Arc::clone(&behaving.network), Arc::clone(&behaving.flights));
             let (ahead, on_tracks) = (loop_frames(&self.scene), on_tracks(&self.scene));
-            let seats = Seats::new(airport, config.seed, times, ahead, on_tracks);
+            let seats = Seats::new(airport, config.seed, times, ahead, on_tracks)
+                .with(&self.scene.control.seats, behaving.departure_manager());
             match self.scene.control.advice {
                 true => seats.with_advice(config.seed, behaving.departing()),
                 false => seats,

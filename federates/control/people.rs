@@ -9,12 +9,15 @@ use models::control::actors::message::{Message, Seat};
 use models::control::actors::{Actors, Given, Wanted};
 use models::control::advice::{self, Advisor, Decision, Kind, Picture};
 use models::control::clearance::ClearanceKind;
+use scenarios::control::HumanSeats;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// A person of whom nothing is heard for so long has gone, s of simulated time. Who sits at a door that works is told of
 /// every minute.
 const SILENT_S: f64 = 150.0;
+/// The model takes a person's seat that has been empty for so long, s.
+const EMPTY_S: f64 = 30.0;
 /// Inputs that wait for a scan at most.
 const MOST_WAITING: usize = 4096;
 /// Answers and messages that are shown.
@@ -76,6 +79,10 @@ pub(super) struct People {
     known: BTreeMap<u32, u8>,
     /// Flights that a person told to hold.
     held: BTreeSet<u32>,
+    /// Seats that the scene leaves to people, and since when nobody sits there, s.
+    expected: BTreeMap<Seat, Option<f64>>,
+    /// The model takes one of these that has been empty for [`EMPTY_S`].
+    fallback: bool,
     /// Told by people, until it is acted upon: clearance, seat, s.
     under_way: BTreeMap<u32, (ClearanceKind, Seat, f64)>,
     /// What was shown last, but for its time.
@@ -86,6 +93,43 @@ impl People {
     /// Nobody sits anywhere.
     pub(super) fn new(seats: Vec<Seat>, step_s: f64) -> Self {
         Self { seats, step_s, ..Self::default() }
+    }
+
+    /// The same where the scene leaves seats to people: no model decides there. `fallback`: until one has been empty for long.
+    pub(super) fn expecting(mut self, human: &HumanSeats, actors: &mut Actors) -> Self {
+        let of = |seat: &Seat| match seat {
+            Seat::Apron => human.apron,
+            Seat::Ground => human.ground,
+            Seat::Tower(_) => human.tower,
+            Seat::Flight(_) => false,
+        };
+        self.expected = self.seats.iter().copied().filter(of).map(|seat| (seat, Some(0.0))).collect();
+        self.expected.keys().for_each(|seat| actors.take(*seat));
+        self.fallback = human.fallback;
+        self
+    }
+
+    /// A person has left: the model decides again, at a seat that is a person's only after a while, if ever. Whose it is now.
+    fn empty(&mut self, seat: Seat, now_s: f64, actors: &mut Actors) -> String {
+        match self.expected.get_mut(&seat) {
+            None => {
+                actors.give_up(seat);
+                format!("{} is the model's again", seat.name())
+            }
+            Some(since) => {
+                *since = Some(now_s);
+                format!("{} is nobody's", seat.name())
+            }
+        }
+    }
+
+    /// The model takes those that have been empty for long.
+    fn fall_back(&mut self, now_s: f64, actors: &mut Actors) {
+        for (seat, since) in self.expected.iter_mut().filter(|_| self.fallback) {
+            if since.take_if(|since| now_s - *since >= EMPTY_S).is_some() {
+                actors.give_up(*seat);
+            }
+        }
     }
 
     /// An input that counts from a frame on.
@@ -174,10 +218,11 @@ impl People {
             self.holders.iter().filter(|(_, h)| gone(h)).map(|(seat, _)| *seat).collect();
         for seat in silent {
             let Some(holder) = self.holders.remove(&seat) else { continue };
-            actors.give_up(seat);
+            self.empty(seat, now_s, actors);
             let frame = libm::round(now_s / self.step_s) as Frame;
             events.push(SeatEvent::Silent { frame, seat: seat.name(), person: holder.person });
         }
+        self.fall_back(now_s, actors);
         given
     }
 
@@ -201,6 +246,7 @@ impl People {
             let holder = Holder { person, since_s: at_s, heard_s: at_s };
             self.holders.entry(seat).or_insert(holder).heard_s = at_s;
             actors.take(seat);
+            self.expected.entry(seat).and_modify(|since| *since = None);
             return Ok((format!("{} is yours", order.seat), None));
         }
         let Some(holder) = self.holders.get_mut(&seat) else {
@@ -210,8 +256,7 @@ impl People {
         match &order.action {
             SeatAction::Leave => {
                 self.holders.remove(&seat);
-                actors.give_up(seat);
-                Ok((format!("{} is the model's again", order.seat), None))
+                Ok((self.empty(seat, at_s, actors), None))
             }
             SeatAction::Say { callsign, clearance: kind } => {
                 let (kind, word) = (*kind, kind.word());

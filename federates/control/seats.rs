@@ -14,17 +14,37 @@ use models::control::actors::sight::{Sight, Waiting};
 use models::control::actors::{Actors, Wanted};
 use models::control::advice::{self, Advisor, Became, Departing, Picture};
 use models::control::clearance::{Board, ClearanceKind};
+use models::control::departures::Departures;
 use models::control::safety_net::SafetyNet;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::ahead::{Flight, Known};
 use models::traffic::network::Network;
+use scenarios::control::HumanSeats;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// From the clearance to take off to the lift-off, s (assumed).
+const ROLL_S: f64 = 40.0;
 /// Shares of generators that are listened to at most.
 const MOST_SHARES: u32 = 64;
+
+/// Tells the departure manager who asks and who is at his line; whom it holds may not be pushed by the model.
+fn sequence(departures: &mut Departures, now_s: f64, wanted: &[Wanted], may: &mut [bool]) {
+    use ClearanceKind::{LineUp, Push, TakeOff};
+    for w in wanted {
+        match w.kind {
+            Push => departures.asks(w.flight, now_s),
+            LineUp | TakeOff => departures.at_line(w.flight, now_s),
+            _ => {}
+        }
+    }
+    departures.scan(now_s);
+    for (w, may) in wanted.iter().zip(may).filter(|(w, _)| w.kind == Push) {
+        *may &= departures.may_push(w.flight, now_s);
+    }
+}
 
 /// All seats of controllers.
 #[derive(Debug)]
@@ -37,6 +57,8 @@ pub(super) struct Seats {
     people: People,
     /// Where controllers are advised.
     advisor: Option<Advisor>,
+    /// Where departures leave their stands by a sequence.
+    departures: Option<Departures>,
     look_ahead: LookAhead,
     network: Arc<Network>,
     flights: Arc<Vec<Flight>>,
@@ -69,6 +91,7 @@ impl Seats {
             sight: on_tracks.then(Sight::default),
             people: People::new(seats, step_s),
             advisor: None,
+            departures: None,
             look_ahead: LookAhead::new(Arc::clone(&network), Arc::clone(&flights), seed, on_tracks),
             runways: network.runways.iter().map(|r| r.names.join("/")).collect(),
             stands: network.stands.iter().map(|s| s.name.clone()).collect(),
@@ -88,6 +111,12 @@ impl Seats {
     pub(super) fn with_advice(self, seed: u64, departures: Vec<Departing>) -> Self {
         let advisor = Some(Advisor::new(advice::Habits::default(), seed, departures));
         Self { advisor, ..self }
+    }
+
+    /// The same with seats that are persons', and departures that leave their stands by a sequence.
+    pub(super) fn with(mut self, human: &HumanSeats, departures: Option<Departures>) -> Self {
+        self.people = self.people.expecting(human, &mut self.actors);
+        Self { departures, ..self }
     }
 
     /// The controllers and pilots.
@@ -169,8 +198,16 @@ impl Seats {
                 *may &= w.kind != ClearanceKind::Push || advisor.may_push(w.flight);
             }
         }
+        if let Some(departures) = &mut self.departures {
+            sequence(departures, now.s(), &wanted, &mut may);
+        }
         all.extend(self.actors.scan_seen(now.s(), &wanted, &may));
         for given in all {
+            match (given.kind, &mut self.departures) {
+                (ClearanceKind::Push, Some(d)) => d.pushed(given.flight, given.acts_s),
+                (ClearanceKind::TakeOff, Some(d)) => d.took_off(given.flight, given.acts_s + ROLL_S),
+                _ => {}
+            }
             self.advisor.iter_mut().for_each(|advisor| advisor.given(&given));
             self.given += 1;
             let notice = GivenNotice {

@@ -212,7 +212,7 @@ impl Rules {
 
     fn given(&self, callsign: &str, words: &Words) -> Result<Given, String> {
         let short = |t: &str| t.chars().take(12).collect::<String>();
-        let flight = scenarios::handover::flight(&self.types, &words.designator, callsign)
+        let flight = scenarios::handover::flight(&self.types, self.behaving.wake, &words.designator, callsign)
             .ok_or_else(|| {
                 format!("type {:?} is not an aircraft of types.csv", short(&words.designator))
             })?;

@@ -10,6 +10,7 @@ use clap::{Args, ValueEnum};
 use models::control::clearance::ClearanceKind;
 use models::frames::{Point3, Vector2};
 use models::time::SimTime;
+use models::wake::Wake;
 use models::traffic::check::{CHECKED_WITHIN_M, Checker, Given, Row, Rules, Seen, TypeLimits, Who};
 use models::traffic::core::Direction;
 use models::traffic::outline::Size;
@@ -233,7 +234,7 @@ impl Read {
             let taxi = (k.taxi_acc_ms2, k.taxi_dec_ms2);
             TypeLimits::new(k.taxi_straight_mps, taxi, run, k.touchdown_mps.unwrap_or(69.4))
         });
-        let wake = row.and_then(|r| r.wake);
+        let wake = row.and_then(|r| r.wake).map(Wake::from);
         let callsign = callsign.to_owned();
         self.by_callsign.insert(callsign.clone(), self.who.len());
         self.who.push(Who { callsign, size, limits, wake, direction, due_s });

@@ -36,6 +36,7 @@ pub mod filter;
 pub mod association;
 
 pub mod flight_list;
+pub mod wake;
 pub mod fusion;
 pub mod track;
 

@@ -1,10 +1,20 @@
 //! The departures of a scene as a planner of advice knows them: their flight plans.
 
+use crate::control::Separation;
 use crate::schedule::Behaving;
 use models::control::advice::{Departing, expected_taxi_out_s};
+use models::control::departures::{Departures, Habits};
 use models::traffic::core::{Direction, Flight};
 
 impl Behaving {
+    /// The departure manager, where departures leave their stands by a sequence.
+    #[must_use]
+    pub fn departure_manager(&self) -> Option<Departures> {
+        let icao = self.wake == Separation::Icao;
+        let habits = Habits { shift: self.shift?, icao, ..Habits::default() };
+        Some(Departures::new(habits, self.departing()))
+    }
+
     /// The departures as their flight plans have them, for advice.
     #[must_use]
     pub fn departing(&self) -> Vec<Departing> {
@@ -23,6 +33,7 @@ impl Behaving {
                 tobt_s: f.time_s,
                 exot_s: expected_taxi_out_s((stand_m - begin_m).norm()),
                 stand_wanted_s: next.reduce(f64::min),
+                ctot_s: f.ctot_s,
             }
         };
         let all = self.flights.iter().enumerate();

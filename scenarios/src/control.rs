@@ -22,6 +22,37 @@ pub enum Sees {
     Tracks,
 }
 
+/// Categories of wake that aircraft are separated by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Separation {
+    /// Of ICAO.
+    #[default]
+    Icao,
+    /// RECAT-EU.
+    RecatEu,
+}
+
+/// Whose a controller's seat is, until somebody takes or leaves it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HumanSeats {
+    /// Push-backs are a person's.
+    pub apron: bool,
+    /// Taxiing is a person's.
+    pub ground: bool,
+    /// All towers are persons'.
+    pub tower: bool,
+    /// The model takes an empty one after a while.
+    pub fallback: bool,
+}
+
+impl HumanSeats {
+    /// Whether any seat is a person's.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self.apron || self.ground || self.tower
+    }
+}
+
 /// `[control]` of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlScene {
@@ -33,6 +64,14 @@ pub struct ControlScene {
     pub policy: Policy,
     /// Stop bars are in use.
     pub stop_bars: bool,
+    /// Lamps of the taxiways show each flight its way.
+    pub greens: bool,
+    /// Departures leave their stands by the best sequence of take-offs within so many places; `None`: first come.
+    pub shift: Option<usize>,
+    /// Categories of wake that aircraft are separated by.
+    pub wake: Separation,
+    /// Seats that are persons'.
+    pub seats: HumanSeats,
     /// Controllers are advised.
     pub advice: bool,
     /// People may take flights that taxi.
@@ -80,8 +119,16 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
         };
         return Err(section.refuse("advice", problem));
     }
+    let seats = human_seats(&section, controllers)?;
+    let cps = section.choice("sequence", &[("first", false), ("cps", true)])?.unwrap_or(false);
+    let shift = section.integer("shift", 0, 4)?.unwrap_or(2) as usize;
+    let wakes = [("icao", Separation::Icao), ("recat-eu", Separation::RecatEu)];
     Ok(ControlScene {
         sees,
+        greens: section.flag("greens")?.unwrap_or(false),
+        shift: cps.then_some(shift),
+        wake: section.choice("wake", &wakes)?.unwrap_or_default(),
+        seats,
         advice,
         by_hand: section.flag("by_hand")?.unwrap_or(false),
         controllers,
@@ -92,6 +139,28 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
         errors: section.number_or("errors", 0.0, within(0.0, 1e5, ""))?,
         bar_margin_m: section.number_or("bar_margin_m", 0.0, within(0.0, 20.0, "m"))?,
     })
+}
+
+/// Reads `seats` and `fallback`: there are seats only where models of controllers clear.
+fn human_seats(control: &Section, controllers: bool) -> Result<HumanSeats, ScenarioError> {
+    let mut seats = HumanSeats {
+        fallback: control.flag("fallback")?.unwrap_or(false),
+        ..HumanSeats::default()
+    };
+    let Some(section) = control.section("seats", &words(keys::SEATS))? else { return Ok(seats) };
+    for (key, human) in
+        [("apron", &mut seats.apron), ("ground", &mut seats.ground), ("tower", &mut seats.tower)]
+    {
+        *human = section.choice(key, &[("model", false), ("human", true)])?.unwrap_or(false);
+        if *human && !controllers {
+            let problem = Problem::NotAllowed {
+                found: "human".into(),
+                allowed: "\"model\" where the plan clears: people sit where sees = \"truth\" or controllers = \"model\"".into(),
+            };
+            return Err(section.refuse(key, problem));
+        }
+    }
+    Ok(seats)
 }
 
 /// Clearances that a controller may give against another.

@@ -759,10 +759,25 @@ pub(crate) const CONTROL: &[Key] = &[
         .or("false"),
     Key::flag("by_hand", "Whether people may take flights that taxi, and give them back")
         .or("false"),
+    Key::flag("greens", "Whether lamps of the taxiways show each flight its way").or("false"),
+    Key::word("sequence", || vec!["first", "cps"], "In which order departures leave their stands")
+        .or("first"),
+    Key::whole("shift", 0, 4, "With `sequence = \"cps\"`: places that one may be moved").or("2"),
+    Key::word("wake", || vec!["icao", "recat-eu"], "Categories that aircraft are separated by")
+        .or("icao"),
+    Key::new("seats", Holds::Table(SEATS), "Whose the seats of controllers are").or("the models'"),
+    Key::flag("fallback", "Whether the model takes a seat of a person that is empty for 30 s")
+        .or("false"),
     Key::whole("confirm_scans", 1, 10, "Scans in a row before an alert is raised").or("1"),
     Key::number("strip_margin_m", "m", 0.0, 50.0, "Off the hold distance: 95 % error of tracks")
         .or("7.5"),
     Key::number("bar_margin_m", "m", 0.0, 20.0, "So far behind it the nose is over a bar").or("0"),
+];
+
+pub(crate) const SEATS: &[Key] = &[
+    Key::word("apron", || vec!["model", "human"], "Push-backs").or("model"),
+    Key::word("ground", || vec!["model", "human"], "Taxiing").or("model"),
+    Key::word("tower", || vec!["model", "human"], "Runways: all towers").or("model"),
 ];
 
 pub(crate) const FAILURE: &[Key] = &[

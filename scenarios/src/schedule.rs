@@ -11,14 +11,14 @@ pub(crate) mod table;
 pub(crate) mod vehicles;
 
 use crate::airport::AirportScene;
-use crate::control::Sees;
+use crate::control::{Sees, Separation};
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;
-pub(crate) use flights::flight_of;
+pub(crate) use flights::{flight_of, wake_of};
 pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
@@ -64,6 +64,12 @@ pub struct Behaving {
     pub errors: f64,
     /// Stop bars are in use.
     pub stop_bars: bool,
+    /// Departures leave their stands by the best sequence of take-offs within so many places; `None`: first come.
+    pub shift: Option<usize>,
+    /// Categories of wake that aircraft are separated by.
+    pub wake: Separation,
+    /// Lamps of the taxiways show each flight its way.
+    pub greens: bool,
     /// What goes wrong.
     pub failures: Vec<Failure>,
     /// Movers of the scene that are functions of time.
@@ -84,7 +90,7 @@ impl Behaving {
     /// What goes wrong in a run with this seed: what the scene says and what is drawn.
     #[must_use]
     pub fn failures_of(&self, seed: u64) -> Vec<Failure> {
-        let drawn = drawn_failures(&self.flights, seed, self.errors, self.stop_bars);
+        let drawn = drawn_failures(&self.flights, seed, self.errors, (self.stop_bars, self.greens));
         self.failures.iter().cloned().chain(drawn).collect()
     }
 
@@ -100,7 +106,9 @@ impl Behaving {
     pub fn core(&self, run: &Run, seed: u64) -> Option<Core> {
         let core = self.told_core(run, seed)?;
         Some(match self.cleared_by {
-            ClearedBy::Controllers => core.with_controllers(),
+            ClearedBy::Controllers => {
+                core.with_controllers().with_departures(self.departure_manager())
+            }
             _ => core,
         })
     }
@@ -117,10 +125,11 @@ impl Behaving {
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures_of(seed));
         let core = core.with_driven(&self.driven, self.by_hand, self.pavement_m.clone());
-        Some(core.cleared_by(match self.cleared_by {
-            ClearedBy::Plan => ClearedBy::Plan,
-            ClearedBy::Notices | ClearedBy::Controllers => ClearedBy::Notices,
-        }))
+        let core = if self.greens { core.with_greens(seed, self.errors) } else { core };
+        Some(match self.cleared_by {
+            ClearedBy::Plan => core.with_departures(self.departure_manager()),
+            ClearedBy::Notices | ClearedBy::Controllers => core.cleared_by(ClearedBy::Notices),
+        })
     }
 }
 
@@ -180,6 +189,7 @@ struct Wanted {
     runway: String,
     stand: String,
     time_s: f64,
+    ctot_s: Option<f64>,
     turnaround_of: Option<String>,
 }
 
@@ -318,7 +328,9 @@ pub(crate) fn read(
                 runway,
                 stand,
                 time_s: w.time_s,
+                ctot_s: w.ctot_s,
                 turnaround_of,
+                wake: wake_of(row, control.wake),
                 key: entity.key(run.site),
                 ..flight_of(row)
             });
@@ -410,6 +422,9 @@ pub(crate) fn read(
         },
         errors: control.errors,
         stop_bars: control.stop_bars,
+        shift: control.shift,
+        wake: control.wake,
+        greens: control.greens,
         failures,
         obstacles: Vec::new(),
         driven: Vec::new(),

@@ -291,6 +291,8 @@ fn idle(
             &[
                 (nothing, "confirm_scans", with),
                 (nothing, "strip_margin_m", with),
+                (scene.control.shift.is_none(), "shift", "with sequence = \"cps\""),
+                (!scene.control.seats.any(), "fallback", "with a seat that is \"human\""),
                 (nothing || bars, "bar_margin_m", "with sees = \"tracks\" and stop_bars = true"),
             ],
         );

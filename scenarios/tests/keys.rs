@@ -69,6 +69,7 @@ listen = "127.0.0.1:8601"
 reference = { lat_deg = 47, lon_deg = 8, height_m = 432 }
 [control]
 policy = "free"
+seats = { ground = "model" }
 "#;
 
 /// Where a table of keys stands in [`BASE`].

@@ -87,6 +87,33 @@ fn controllers_on_truth_give_one_digest_in_every_layout_and_their_log() {
     assert_ne!(digest(&by_plan, &["--in-process"]), digest_truth);
 }
 
+/// A seat that the scene leaves to people and where nobody sits: nobody is cleared from it; with `fallback` its model begins after 30 s.
+#[test]
+fn an_empty_seat_of_a_person_clears_nobody_until_its_model_may_take_it() {
+    let folder = Folder::new("seats-human");
+    let taxis = |name: &str, rest: &str| {
+        let scene = scene(&folder, name, &format!("sees = \"truth\"\n{rest}"));
+        let record = folder.file(&format!("{name}.pcapng"));
+        digest(&scene, &["--in-process", "--record", &record]);
+        let log =
+            rusqlite::Connection::open(folder.file(&format!("{name}.sqlite"))).expect("a database");
+        let first = "SELECT min(time_ns) FROM clearances WHERE kind = 'TAX' AND seat = 'ground'";
+        let first: Option<i64> = log.query_row(first, [], |row| row.get(0)).expect("a row");
+        (
+            first.map(|ns| ns / 1_000_000_000),
+            count(&log, "SELECT count(*) FROM clearances WHERE kind = 'PSH'"),
+        )
+    };
+    let (model_s, pushes) = taxis("model", "");
+    assert!(model_s.is_some() && pushes >= 2, "{model_s:?} {pushes}");
+    let (human_s, pushes) = taxis("human", "seats = { ground = \"human\" }");
+    assert!(human_s.is_none() && pushes >= 2, "the others go on: {human_s:?} {pushes}");
+    let (back_s, _) = taxis("fallback", "seats = { ground = \"human\" }\nfallback = true");
+    assert!(back_s.is_some_and(|s| s >= 30), "{back_s:?}");
+    let (nobody_s, pushes) = taxis("apron", "seats = { apron = \"human\", tower = \"human\" }");
+    assert_eq!((nobody_s, pushes), (None, 0));
+}
+
 /// The same with the loop closed: traffic, sensors, tracks, controllers, and what they clear back to the traffic.
 #[test]
 fn controllers_on_tracks_give_one_digest_in_every_layout_and_their_log() {

@@ -5,55 +5,9 @@
 //! and (late, delay, time); of those with the same set and last flight only the undominated are kept. That is
 //! exact, because a later time or a larger delay never helps afterwards.
 
+pub use crate::wake::Recat;
+use crate::wake::icao_departure_gap_s;
 use std::collections::BTreeMap;
-
-/// Wake category of the European scheme (RECAT-EU), `A` (largest) to `F`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Recat {
-    /// A380.
-    A,
-    /// Upper heavy.
-    B,
-    /// Lower heavy.
-    C,
-    /// Upper medium.
-    D,
-    /// Lower medium.
-    E,
-    /// Light.
-    F,
-}
-
-impl Recat {
-    /// The category of a letter.
-    #[must_use]
-    pub fn of(letter: &str) -> Option<Self> {
-        Some(match letter {
-            "A" => Self::A,
-            "B" => Self::B,
-            "C" => Self::C,
-            "D" => Self::D,
-            "E" => Self::E,
-            "F" => Self::F,
-            _ => return None,
-        })
-    }
-
-    /// Time behind `self` at which `next` may take off, s: RECAT-EU 1.1, at least 60 s.
-    #[must_use]
-    pub fn departure_gap_s(self, next: Self) -> f64 {
-        use Recat::{A, B, C, D, E, F};
-        match (self, next) {
-            (A, B) | (B, D) | (C, E) | (E, F) => 100.0,
-            (A, C) | (B, E) | (C | D, F) => 120.0,
-            (A, D) | (B, F) => 140.0,
-            (A, E) => 160.0,
-            (A, F) => 180.0,
-            (C, D) | (F, F) => 80.0,
-            _ => 60.0,
-        }
-    }
-}
 
 /// One departure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +25,8 @@ pub struct Departure {
 /// What has to be kept between departures; all in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
+    /// Wake as ICAO separates it, by the category that stands for that of RECAT-EU; else RECAT-EU.
+    pub icao: bool,
     /// On the same departure way.
     pub same_way_s: f64,
     /// Slot opens so long before.
@@ -81,14 +37,18 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { same_way_s: 90.0, slot_before_s: 300.0, slot_after_s: 600.0 }
+        Self { icao: false, same_way_s: 90.0, slot_before_s: 300.0, slot_after_s: 600.0 }
     }
 }
 
 impl Rules {
     fn gap_s(&self, first: &Departure, then: &Departure) -> f64 {
         let same = first.way.is_some() && first.way == then.way;
-        first.recat.departure_gap_s(then.recat).max(if same { self.same_way_s } else { 0.0 })
+        let wake_s = match self.icao {
+            true => icao_departure_gap_s(first.recat.icao(), then.recat.icao()),
+            false => first.recat.departure_gap_s(then.recat),
+        };
+        wake_s.max(if same { self.same_way_s } else { 0.0 })
     }
 
     fn take_off_s(&self, before: Option<(f64, &Departure)>, next: &Departure) -> f64 {

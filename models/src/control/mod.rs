@@ -17,6 +17,7 @@ pub mod clearance;
 mod clearance_alerts;
 mod conformance;
 pub mod departure_sequence;
+pub mod departures;
 pub mod layout;
 pub mod lights;
 pub mod parameters;

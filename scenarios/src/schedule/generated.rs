@@ -218,6 +218,7 @@ fn on_stands(
             runway: d.runway.clone(),
             stand: ground.network.stands[stand_of[aircraft]?].name.clone(),
             time_s: d.time_s,
+            ctot_s: None,
             turnaround_of: comes_as[i].map(|a| name(&drawn[a])),
         })
     });

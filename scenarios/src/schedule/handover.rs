@@ -1,6 +1,7 @@
 //! `[[traffic]] kind = "handover"`: places for aircraft that other programs give to the traffic that behaves.
 
-use super::{end_named, flight_of, stand_named};
+use super::{end_named, flight_of, stand_named, wake_of};
+use crate::control::Separation;
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
@@ -59,9 +60,15 @@ pub(crate) fn entity(index: usize, n: usize, types: &TypeTable) -> Option<Entity
 
 /// A flight of this type, as it is given; `None`: no such type of aircraft.
 #[must_use]
-pub fn flight(types: &TypeTable, designator: &str, callsign: &str) -> Option<Flight> {
+pub fn flight(
+    types: &TypeTable,
+    wake: Separation,
+    designator: &str,
+    callsign: &str,
+) -> Option<Flight> {
     let row = types.get(designator).filter(|row| row.class.aircraft)?;
-    Some(Flight { callsign: callsign.to_owned(), ..flight_of(row) })
+    let wake = wake_of(row, wake);
+    Some(Flight { callsign: callsign.to_owned(), wake, ..flight_of(row) })
 }
 
 /// A runway end by its name.

@@ -15,6 +15,8 @@ pub(super) struct CsvRow {
     cells: BTreeMap<String, String>,
     pub(super) departs_ns: Option<i64>,
     pub(super) lands_ns: Option<i64>,
+    /// Slot.
+    slot_ns: Option<i64>,
 }
 
 impl CsvRow {
@@ -51,7 +53,7 @@ pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
         let pairs = header.iter().zip(record.iter());
         let cells: BTreeMap<String, String> =
             pairs.map(|(k, v)| (k.to_owned(), v.to_owned())).collect();
-        let mut row = CsvRow { line, cells, departs_ns: None, lands_ns: None };
+        let mut row = CsvRow { line, cells, departs_ns: None, lands_ns: None, slot_ns: None };
         let time = |name: &'static str| -> Result<Option<i64>, ScenarioError> {
             let text = row.cell(name);
             if text.is_empty() {
@@ -66,9 +68,11 @@ pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
             "departure" => {
                 let times = [time("tobt")?, time("eobt")?, time("sobt")?];
                 let departs = times.into_iter().flatten().next();
+                let slot_ns = time("ctot")?;
                 row.departs_ns = Some(departs.ok_or_else(|| {
                     damaged(line, "eobt", String::new(), "one of tobt, eobt, sobt")
                 })?);
+                row.slot_ns = slot_ns;
             }
             "arrival" => {
                 let lands = time("eldt")?.or(time("sibt")?.map(|t| t - 480_000_000_000));
@@ -138,6 +142,7 @@ pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioE
             runway: row.cell("runway").into(),
             stand: row.cell("stand").replace(' ', "_"),
             time_s: time_s.max(0.0),
+            ctot_s: row.slot_ns.map(|ns| (ns + shift_ns - run.start_utc_ns) as f64 / 1e9),
             turnaround_of: (!after.is_empty()).then(|| after.into()),
         });
     }

@@ -10,27 +10,10 @@ use crate::control::actors::message::Seat;
 use crate::control::actors::{Given, Wanted};
 use crate::control::clearance::ClearanceKind;
 use crate::control::departure_sequence::{Departure, Recat, Rules, in_order};
+pub use crate::control::departures::Departing;
 use crate::control::pre_departure::{Planned, PreDeparture, targets};
 use crate::draw::{DrawKey, Purpose, uniform};
-use crate::flight_list::WakeCategory;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A departure as the flight plan has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Departing {
-    /// Flight, by index.
-    pub flight: u32,
-    /// Runway, by index.
-    pub runway: usize,
-    /// Wake category.
-    pub wake: WakeCategory,
-    /// Off-block time of the plan, s.
-    pub tobt_s: f64,
-    /// Expected time from the clearance to push to the runway, s.
-    pub exot_s: f64,
-    /// An arrival is planned to land at this time for the same stand, s: nobody is held who stands in its way.
-    pub stand_wanted_s: Option<f64>,
-}
 
 /// Figures of the planner; all assumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -322,7 +305,7 @@ impl StandHold {
         let rules = Rules { same_way_s: interval_s, ..Rules::default() };
         let departure = |d: &Departing, ready_s: f64| Departure {
             ready_s,
-            recat: recat(d.wake),
+            recat: d.wake.recat.unwrap_or_else(|| Recat::like(d.wake.icao)),
             way: Some(0),
             ctot_s: None,
         };
@@ -445,23 +428,14 @@ impl StandHold {
     }
 }
 
-/// The European wake category that stands for one of ICAO.
-fn recat(wake: WakeCategory) -> Recat {
-    match wake {
-        WakeCategory::Super => Recat::A,
-        WakeCategory::Heavy => Recat::B,
-        WakeCategory::Medium => Recat::D,
-        WakeCategory::Light => Recat::F,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::control::advice::{Advisor, Kind};
+    use crate::flight_list::WakeCategory;
 
     fn departing(flight: u32, wake: WakeCategory, exot_s: f64) -> Departing {
-        Departing { flight, runway: 0, wake, tobt_s: 0.0, exot_s, stand_wanted_s: None }
+        Departing { flight, runway: 0, wake: wake.into(), tobt_s: 0.0, exot_s, stand_wanted_s: None, ctot_s: None }
     }
 
     fn pushes(flights: impl Iterator<Item = u32>) -> Vec<Wanted> {

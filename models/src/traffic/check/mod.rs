@@ -30,8 +30,8 @@ use super::outline::Size;
 use crate::airport::Airport;
 use crate::control::clearance::ClearanceKind;
 use crate::control::layout::Layout;
-use crate::flight_list::WakeCategory;
 use crate::frames::{Azimuth, Point2, Point3, Vector2};
+use crate::wake::Wake;
 use pavement::Pavement;
 
 /// What a mover of this type keeps. Metres, seconds.
@@ -91,7 +91,7 @@ pub struct Who {
     /// Of its type.
     pub limits: TypeLimits,
     /// Wake category of an aircraft.
-    pub wake: Option<WakeCategory>,
+    pub wake: Option<Wake>,
     /// Arrival or departure; `None`: neither, or not known.
     pub direction: Option<Direction>,
     /// Landing or off-block time, s of the run.

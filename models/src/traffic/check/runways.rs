@@ -4,7 +4,7 @@ use super::{Breaches, Given, Row, Rules, Seen, Who};
 use crate::control::clearance::ClearanceKind;
 use crate::control::layout::{Layout, RunwayAxis};
 use crate::frames::{Azimuth, Point2};
-use crate::traffic::core::{Direction, departure_gap_s, landing_gap_nm};
+use crate::traffic::core::Direction;
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use std::collections::BTreeSet;
 
@@ -181,7 +181,7 @@ impl Runways {
                     continue;
                 };
                 self.wake.of += 1;
-                let least = landing_gap_nm(first, then) * NAUTICAL_MILE_M;
+                let least = first.landing_gap_nm(then) * NAUTICAL_MILE_M;
                 if behind_m < least - 600.0 {
                     self.wake.add(|| {
                         format!(
@@ -230,7 +230,7 @@ impl Runways {
             let Some((_, before_s, m)) = before else { continue };
             let (Some(first), Some(then)) = (who[*m].wake, who[*k].wake) else { continue };
             self.wake.of += 1;
-            let (gap_s, least_s) = (time_s - before_s, departure_gap_s(first, then));
+            let (gap_s, least_s) = (time_s - before_s, first.departure_gap_s(then));
             if gap_s < least_s - 2.0 {
                 self.wake.add(|| {
                     format!(

@@ -1,5 +1,6 @@
 use super::*;
 use crate::airport::{Edge, Hold, Node, Runway, Stand};
+use crate::flight_list::WakeCategory;
 use crate::frames::Azimuth;
 use crate::frames::{Point2, Point3};
 
@@ -54,7 +55,7 @@ fn who(callsign: &str, direction: Direction) -> Who {
             runway_mps: 85.3,
             runway_mps2: (2.6, 3.0),
         },
-        wake: Some(WakeCategory::Medium),
+        wake: Some(WakeCategory::Medium.into()),
         direction: Some(direction),
         due_s: 0.0,
     }
@@ -255,8 +256,8 @@ fn served_is_airborne_or_on_a_stand() {
 fn a_light_one_takes_off_two_minutes_behind_a_heavy_one() {
     let gap = |gap_s: i32| {
         let mut movers = [who("H", Direction::Departure), who("L", Direction::Departure)];
-        movers[0].wake = Some(WakeCategory::Heavy);
-        movers[1].wake = Some(WakeCategory::Light);
+        movers[0].wake = Some(WakeCategory::Heavy.into());
+        movers[1].wake = Some(WakeCategory::Light.into());
         let mut c = checker(&movers);
         for t in 0..300 {
             let one = |who: usize, lifts: i32| {

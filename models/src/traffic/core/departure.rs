@@ -42,6 +42,10 @@ impl Core {
             self.movers[m].next_try_s = self.time_s + 1.0;
             return;
         }
+        if self.movers[m].push.pieces.is_empty() && self.held_on_stand(m) && !uncleared {
+            self.movers[m].next_try_s = self.time_s + 1.0;
+            return;
+        }
         self.movers[m].next_try_s = self.time_s + RETRY_S;
         if unplanned && !self.find_departure(m) {
             if self.movers[m].waits_since_s.is_none() {

@@ -8,6 +8,9 @@ use crate::draw::{DrawKey, Purpose, uniform};
 /// Who goes onto a runway by a dark bar is cleared where he stands after so long, s (assumed).
 pub(super) const SEEN_S: f64 = 60.0;
 
+/// Of the wrong turns of others, those who are led by greens make this share (assumed).
+const WRONG_TURNS_LED: f64 = 0.1;
+
 /// Failures that are drawn, a movement (assumed): what, how often, whether by departures, arrivals or both, and for how
 /// long, s.
 const DRAWN: [(FailureKind, f64, Option<Direction>, f64); 7] = [
@@ -21,15 +24,22 @@ const DRAWN: [(FailureKind, f64, Option<Direction>, f64); 7] = [
 ];
 
 /// Failures drawn for each flight by its key: `factor` times as often as assumed. Stop bars fail only where they are in use;
-/// equipment fails from the flight's time on.
+/// equipment fails from the flight's time on; whom `greens` lead turns wrong more seldom.
 #[must_use]
-pub fn drawn_failures(flights: &[Flight], seed: u64, factor: f64, stop_bars: bool) -> Vec<Failure> {
+pub fn drawn_failures(
+    flights: &[Flight],
+    seed: u64,
+    factor: f64,
+    (stop_bars, greens): (bool, bool),
+) -> Vec<Failure> {
     let mut failures = Vec::new();
     for (flight, f) in flights.iter().enumerate() {
         let key = DrawKey { run_seed: seed, sensor: 0, entity: f.key, scan: 900 };
         let mut rng = key.rng(Purpose::Mover);
         for (kind, rate, of, stay_s) in DRAWN {
             // Drawn for all, so that one more kind changes no other.
+            let led = greens && kind == FailureKind::WrongTurn;
+            let rate = if led { WRONG_TURNS_LED * rate } else { rate };
             let happens = uniform(&mut rng) < rate * factor;
             let there = kind != FailureKind::StopBar || stop_bars;
             if !happens || !there || of.is_some_and(|direction| direction != f.direction) {

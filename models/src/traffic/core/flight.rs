@@ -1,8 +1,8 @@
 //! What goes into a core and what comes out of it, as plain data.
 
-use crate::flight_list::WakeCategory;
 use crate::traffic::outline::Size;
 use crate::traffic::runway_roll::{TakeOff, take_off_run};
+use crate::wake::Wake;
 
 /// Which piece may be taken when it is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,10 +42,12 @@ pub struct Flight {
     pub stand: usize,
     /// Landing time (threshold) or off-block time, s since the start of the run.
     pub time_s: f64,
+    /// Slot of a departure: calculated take-off time, s since the start of the run.
+    pub ctot_s: Option<f64>,
     /// Arrival whose aircraft this departure is.
     pub turnaround_of: Option<usize>,
     /// Wake category.
-    pub wake: WakeCategory,
+    pub wake: Wake,
     /// Taxi speed on straights and in quarter turns, m/s.
     pub taxi_mps: (f64, f64),
     /// Acceleration and braking when taxiing, m/s².

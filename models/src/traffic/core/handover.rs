@@ -250,6 +250,7 @@ impl Core {
         (mover.class, mover.landing_s) = (class, landing_s);
         Arc::make_mut(&mut self.flights)[m] = flight;
         let before = std::mem::replace(&mut self.movers[m], mover);
+        self.led(m);
         let mut choices = self.free_stands(m, 6);
         if choices.is_empty() {
             choices.extend(self.make_room(m));

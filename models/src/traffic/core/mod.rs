@@ -15,6 +15,7 @@ mod drive;
 mod equipment;
 mod failures;
 mod flight;
+mod greens;
 mod hand;
 mod hand_flight;
 mod handover;
@@ -24,6 +25,7 @@ mod obstacles;
 mod perceived;
 mod plan;
 mod runway;
+mod sequence;
 mod stands;
 mod state;
 mod tokens;
@@ -36,12 +38,12 @@ pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
 pub use flight::{Clearance, Direction, Flight, Measures, Phase, Policy, Remark, Waiting};
 pub use hand::{AtWheel, Driven, SILENT_S, Wish};
+pub use greens::{LAMP_DELAY_S, Lamps, Segment, Shown as Greens};
 pub use handover::{Ask, Given, Outcome, RELEASED_ABOVE_M};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;
 pub use perceived::{OnGround, Seen};
 use runway::TookOff;
-pub use runway::{departure_gap_s, landing_gap_nm};
 
 use super::network::Network;
 use super::outline::Size;
@@ -51,8 +53,10 @@ use super::way::{Arcs, Driving, Way};
 use crate::control::actors::Actors;
 use crate::control::actors::seats::crossings;
 use crate::control::clearance::ClearanceKind;
+use crate::control::departures::Departures;
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::WakeCategory;
+use crate::wake::Wake;
 use failures::Failing;
 use notice::Granted;
 use plan::{Booking, Links, Times, Timing};
@@ -182,7 +186,7 @@ pub struct Core {
     version: u64,
     /// By runway: the last take-off, the last assigned landing time and its wake.
     last_take_off: Vec<Option<TookOff>>,
-    last_landing: Vec<(f64, WakeCategory)>,
+    last_landing: Vec<(f64, Wake)>,
     /// From the threshold to being off the runway, s, as the last landings took it.
     occupied_s: Vec<f64>,
     crossing: Vec<Vec<usize>>,
@@ -200,6 +204,10 @@ pub struct Core {
     /// Notices whose effect frame has not come, in their order.
     waiting: Vec<Notice>,
     actors: Option<Actors>,
+    /// When departures leave their stands, where that is by a sequence.
+    departures: Option<Departures>,
+    /// Lamps of the taxiways, where they lead.
+    lamps: Option<greens::Lamps>,
     /// Clearances that the controllers have spoken.
     spoken: u64,
     /// Who goes by sight, by a person's word; who touched whom.
@@ -292,7 +300,7 @@ impl Core {
             times: Times::default(),
             version: 0,
             last_take_off: vec![None; count],
-            last_landing: vec![(f64::NEG_INFINITY, WakeCategory::Light); count],
+            last_landing: vec![(f64::NEG_INFINITY, WakeCategory::Light.into()); count],
             occupied_s,
             crossing,
             mixed,
@@ -306,6 +314,8 @@ impl Core {
             cleared_by: ClearedBy::Plan,
             waiting: Vec::new(),
             actors: None,
+            departures: None,
+            lamps: None,
             spoken: 0,
             by_sight: Vec::new(),
             contacts: BTreeSet::new(),
@@ -400,6 +410,7 @@ impl Core {
         self.watch_failures();
         if frame.rem_euclid(frames_a_second) == 0 {
             self.look_for_contact();
+            self.sequence();
             self.control();
         }
         if whole {

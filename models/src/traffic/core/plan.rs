@@ -24,7 +24,6 @@ pub(super) use settle::Times;
 pub(super) use times::{Others, Rivals};
 
 use super::{Core, Direction, Phase};
-use crate::flight_list::WakeCategory;
 use order::Ends;
 use std::ops::Range;
 
@@ -144,11 +143,7 @@ impl Core {
         let r = self.flights[m].runway.0;
         let fixed = landing;
         if leaves {
-            let gap = match self.flights[m].wake {
-                WakeCategory::Heavy | WakeCategory::Super => 140.0,
-                _ => 90.0,
-            };
-            runways.push((mover.threshold as usize, r, self.slot_s(m).max(gap)));
+            runways.push((mover.threshold as usize, r, self.slot_s(m).max(self.flights[m].wake.usual_gap_s())));
         }
         let zeros = vec![0.0; count];
         Timing {

@@ -7,6 +7,7 @@ use crate::traffic::network::Network;
 #[cfg(test)]
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use crate::traffic::runway_roll::{TakeOff, approach_time_s, take_off_run};
+use crate::wake::Wake;
 
 /// Longest time for which somebody lines up behind one who is still on the runway, s (assumed; the safety net asks after 90 s).
 const STANDS_LINED_UP_S: f64 = 75.0;
@@ -326,7 +327,7 @@ impl Core {
         let behind = self.crossing[r].iter().filter_map(|c| self.last_take_off[*c]);
         let run_s = self.run_s(m);
         let left = behind.map(|before| {
-            let gap_s = departure_gap_s(before.wake, self.flights[m].wake) - self.time_s;
+            let gap_s = before.wake.departure_gap_s(self.flights[m].wake) - self.time_s;
             // From roll to roll and from lift-off to lift-off.
             (before.rolled_s + gap_s).max(before.airborne_s + gap_s - run_s)
         });
@@ -421,42 +422,16 @@ const SPOOL_S: f64 = 2.5;
 pub(super) struct TookOff {
     pub rolled_s: f64,
     pub airborne_s: f64,
-    pub wake: WakeCategory,
-}
-
-/// Time between departures on one runway, s (ICAO wake categories, at least 60 s).
-#[must_use]
-pub fn departure_gap_s(first: WakeCategory, then: WakeCategory) -> f64 {
-    use WakeCategory::{Heavy as H, Light as L, Medium as M, Super as J};
-    match (first, then) {
-        (J, H) => 120.0,
-        (J, M | L) => 180.0,
-        (H, M | L) | (M, L) => 120.0,
-        _ => 60.0,
-    }
+    pub wake: Wake,
 }
 
 /// Time between arrivals on one runway, s: 3.8 NM at 70 m/s, light ones 6 NM (assumed), and at the follower's speed the
 /// distance that its wake category wants behind the one before, with 0.3 NM of room.
-pub(super) fn arrival_gap_s(first: WakeCategory, then: &Flight, head_mps: f64) -> f64 {
-    let usual_s = if then.wake == WakeCategory::Light { 170.0 } else { 130.0 };
-    let apart_nm = landing_gap_nm(first, then.wake) + 0.3;
+pub(super) fn arrival_gap_s(first: Wake, then: &Flight, head_mps: f64) -> f64 {
+    let usual_s = if then.wake.icao == WakeCategory::Light { 170.0 } else { 130.0 };
+    let apart_nm = first.landing_gap_nm(then.wake) + 0.3;
     let wake_s = approach_time_s(then.landing.0, head_mps, apart_nm.max(4.0)).unwrap_or(usual_s);
     wake_s.max(usual_s)
-}
-
-/// Least distance between two landings on one runway, NM (ICAO wake categories, at least 3 NM; from memory).
-#[must_use]
-pub fn landing_gap_nm(first: WakeCategory, then: WakeCategory) -> f64 {
-    use WakeCategory::{Heavy as H, Light as L, Medium as M, Super as J};
-    match (first, then) {
-        (J, J) | (H, J) | (M | L, J | H | M) | (L, L) => 3.0,
-        (H, H) => 4.0,
-        (J, H) | (H, M) | (M, L) => 5.0,
-        (H, L) => 6.0,
-        (J, M) => 7.0,
-        (J, L) => 8.0,
-    }
 }
 
 #[cfg(test)]
@@ -465,15 +440,16 @@ mod tests {
 
     #[test]
     fn the_follower_of_a_super_keeps_seven_miles() {
-        let follower = |wake, touchdown: f64| Flight {
+        let follower = |wake: WakeCategory, touchdown: f64| Flight {
             callsign: String::new(),
             size: crate::traffic::outline::Size { length_m: 40.0, span_m: 35.0, aircraft: true },
             direction: super::super::Direction::Arrival,
             runway: (0, 0),
             stand: 0,
             time_s: 0.0,
+            ctot_s: None,
             turnaround_of: None,
-            wake,
+            wake: wake.into(),
             taxi_mps: (15.0, 5.0),
             taxi_acc_mps2: (0.7, 0.7),
             take_off: (85.0, 1600.0),
@@ -484,12 +460,12 @@ mod tests {
         };
         use WakeCategory::{Light, Medium, Super};
         for touchdown in [62.0, 70.0, 78.0] {
-            let gap_s = arrival_gap_s(Super, &follower(Medium, touchdown), 0.0);
+            let gap_s = arrival_gap_s(Super.into(), &follower(Medium, touchdown), 0.0);
             // Flown at the slowest speed of the approach it is at least the distance.
             assert!(gap_s * 82.5 > 7.0 * NAUTICAL_MILE_M, "{touchdown}: {gap_s}");
             assert!(gap_s < 7.0 * NAUTICAL_MILE_M / touchdown + 15.0, "{touchdown}: {gap_s}");
-            assert_eq!(arrival_gap_s(Medium, &follower(Medium, touchdown), 0.0), 130.0);
+            assert_eq!(arrival_gap_s(Medium.into(), &follower(Medium, touchdown), 0.0), 130.0);
         }
-        assert!(arrival_gap_s(Super, &follower(Light, 50.0), 0.0) > 230.0);
+        assert!(arrival_gap_s(Super.into(), &follower(Light, 50.0), 0.0) > 230.0);
     }
 }

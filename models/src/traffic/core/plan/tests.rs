@@ -3,6 +3,7 @@
 use super::order::Ends;
 use super::*;
 use crate::airport::{Airport, Edge, EdgeDetail, Hold, Node, Runway, Stand};
+use crate::flight_list::WakeCategory;
 use crate::frames::Point2;
 use crate::traffic::core::{ClearedBy, Flight, Notice, Order, Policy};
 use crate::traffic::network::Network;
@@ -83,8 +84,9 @@ fn flight(k: usize, direction: Direction, stand: usize, time_s: f64, end: usize)
         runway: (0, end),
         stand,
         time_s,
+        ctot_s: None,
         turnaround_of: None,
-        wake: WakeCategory::Medium,
+        wake: WakeCategory::Medium.into(),
         taxi_mps: (15.4, 5.1),
         taxi_acc_mps2: (0.7, 0.7),
         take_off: (75.0, 1700.0),
