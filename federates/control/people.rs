@@ -103,7 +103,8 @@ impl People {
             Seat::Tower(_) => human.tower,
             Seat::Flight(_) => false,
         };
-        self.expected = self.seats.iter().copied().filter(of).map(|seat| (seat, Some(0.0))).collect();
+        self.expected =
+            self.seats.iter().copied().filter(of).map(|seat| (seat, Some(0.0))).collect();
         self.expected.keys().for_each(|seat| actors.take(*seat));
         self.fallback = human.fallback;
         self
@@ -373,7 +374,7 @@ impl People {
         &mut self,
         now_s: f64,
         asked: Asked<'_>,
-        (advice, what_if): (&[Value], &[Value]),
+        (advice, what_if, targets): (&[Value], &[Value], &[Value]),
         name: &dyn Fn(Seat) -> String,
     ) -> Option<Value> {
         let round = |s: f64| (10.0 * s).round() / 10.0;
@@ -424,6 +425,7 @@ impl People {
             "held": held,
             "advice": advice,
             "what_if": what_if,
+            "targets": targets,
             "radio": self.radio.iter().map(radio).collect::<Vec<_>>(),
             "answers": self.answers.iter().map(answer).collect::<Vec<_>>(),
         });

@@ -10,6 +10,8 @@ use crate::runtime::federate::Publication;
 use crate::runtime::messages::{Frame, GivenNotice, Notice, SeatEvent, SeatInput, WantNotice};
 use models::control::actors::message::{Message, Seat};
 use models::control::actors::pilot::Habits;
+use models::control::actors::reacts::Reacts;
+use models::control::actors::seats::group_named;
 use models::control::actors::sight::{Sight, Waiting};
 use models::control::actors::{Actors, Wanted};
 use models::control::advice::{self, Advisor, Became, Departing, Picture};
@@ -46,6 +48,16 @@ fn sequence(departures: &mut Departures, now_s: f64, wanted: &[Wanted], may: &mu
     }
 }
 
+/// What is wanted, with what is said because of alerts in the place of what the same flight wants.
+fn before_all(says: Vec<Wanted>, wanted: &[Wanted], may: &[bool]) -> (Vec<Wanted>, Vec<bool>) {
+    let said = |w: &Wanted| says.iter().any(|s| s.flight == w.flight);
+    let left = wanted.iter().zip(may).filter(|(w, _)| !said(w)).map(|(w, may)| (*w, *may));
+    let mut all: Vec<(Wanted, bool)> = left.collect();
+    all.extend(says.iter().map(|s| (*s, true)));
+    all.sort_by_key(|(w, _)| w.flight);
+    all.into_iter().unzip()
+}
+
 /// All seats of controllers.
 #[derive(Debug)]
 pub(super) struct Seats {
@@ -59,6 +71,8 @@ pub(super) struct Seats {
     advisor: Option<Advisor>,
     /// Where departures leave their stands by a sequence.
     departures: Option<Departures>,
+    /// What the models say because of alerts.
+    reacts: Reacts,
     look_ahead: LookAhead,
     network: Arc<Network>,
     flights: Arc<Vec<Flight>>,
@@ -92,6 +106,7 @@ impl Seats {
             people: People::new(seats, step_s),
             advisor: None,
             departures: None,
+            reacts: Reacts::default(),
             look_ahead: LookAhead::new(Arc::clone(&network), Arc::clone(&flights), seed, on_tracks),
             runways: network.runways.iter().map(|r| r.names.join("/")).collect(),
             stands: network.stands.iter().map(|s| s.name.clone()).collect(),
@@ -201,11 +216,24 @@ impl Seats {
         if let Some(departures) = &mut self.departures {
             sequence(departures, now.s(), &wanted, &mut may);
         }
-        all.extend(self.actors.scan_seen(now.s(), &wanted, &may));
+        let flight = |callsign: Callsign| {
+            let own = |c: &String| Callsign::new(c) == callsign;
+            self.callsigns.iter().position(own).map(|m| m as u32)
+        };
+        let group = |r: usize| {
+            let name = layout.runways.get(r).map_or("", |axis| axis.names[0].as_str());
+            group_named(&network, name)
+        };
+        let says = self.reacts.look(now.s(), net, board, &flight, &group);
+        let (seen, may) = before_all(says, &wanted, &may);
+        all.extend(self.actors.scan_seen(now.s(), &seen, &may));
         for given in all {
+            self.reacts.given(now.s(), given.flight, given.kind, net);
             match (given.kind, &mut self.departures) {
                 (ClearanceKind::Push, Some(d)) => d.pushed(given.flight, given.acts_s),
-                (ClearanceKind::TakeOff, Some(d)) => d.took_off(given.flight, given.acts_s + ROLL_S),
+                (ClearanceKind::TakeOff, Some(d)) => {
+                    d.took_off(given.flight, given.acts_s + ROLL_S)
+                }
                 _ => {}
             }
             self.advisor.iter_mut().for_each(|advisor| advisor.given(&given));
@@ -270,7 +298,19 @@ impl Seats {
             })
             .collect();
         let callsigns = &self.callsigns;
-        let shown = (&advice[..], &self.look_ahead.told()[..]);
+        // Target times of those who have not been cleared to take off.
+        let departures = self.departures.iter();
+        let targets =
+            departures.flat_map(|d| d.flights().filter_map(|f| Some((f, d.milestones(f)?))));
+        let targets: Vec<serde_json::Value> = targets
+            .map(|(flight, t)| {
+                json!({
+                    "callsign": Self::name(&self.callsigns, Seat::Flight(flight)), "tobt_s": t.tobt_s.round(),
+                    "tsat_s": t.tsat_s.round(), "ttot_s": t.ttot_s.round(),
+                })
+            })
+            .collect();
+        let shown = (&advice[..], &self.look_ahead.told()[..], &targets[..]);
         let state = self.people.told(now_s, wanted, shown, &|seat| Self::name(callsigns, seat));
         out.publish.extend(state.map(|state| Publication {
             key: "control/1/positions".into(),

@@ -7,6 +7,7 @@
 pub mod message;
 pub mod people;
 pub mod pilot;
+pub mod reacts;
 pub mod seats;
 pub mod sight;
 
@@ -57,12 +58,13 @@ pub struct Sample {
     pub on_air_s: f64,
 }
 
-/// Order in which a controller takes what is wanted: go-around, landing, take-off, crossing, line-up, taxi, push.
+/// Order in which a controller takes what is wanted: go-around and cancelled take-off, hold position, landing, take-off, crossing, line-up, taxi, push.
 #[must_use]
 pub fn priority(kind: ClearanceKind) -> u8 {
-    use ClearanceKind::{Cross, GoAround, Land, LineUp, Push, TakeOff, Taxi};
+    use ClearanceKind::{Cross, GoAround, Hold, Land, LineUp, Push, Revoke, TakeOff, Taxi};
     match kind {
-        GoAround => 1,
+        GoAround | Revoke => 1,
+        Hold => 2,
         Land => 3,
         TakeOff => 4,
         Cross => 5,

@@ -20,6 +20,13 @@ pub(crate) fn group_of(crossing: &[Vec<usize>], runway: usize) -> u8 {
     crossing[runway].first().copied().unwrap_or(runway).min(255) as u8
 }
 
+/// Group of the runway that has an end of this name; 0 where none has.
+#[must_use]
+pub fn group_named(net: &Network, name: &str) -> u8 {
+    let named = |r: &crate::traffic::network::NetRunway| r.names.iter().any(|n| n == name);
+    net.runways.iter().position(named).map_or(0, |r| group_of(&crossings(net), r))
+}
+
 /// The seats of an airport's controllers.
 #[must_use]
 pub fn seats(net: &Network) -> Vec<Seat> {

@@ -49,6 +49,8 @@ impl Order {
         match kind {
             ClearanceKind::Hold => Self::Hold,
             ClearanceKind::Revoke => Self::Revoke(ClearanceKind::TakeOff),
+            // Whoever is told to goes around, cleared or not.
+            ClearanceKind::GoAround => Self::Insist(kind),
             kind if by_person => Self::Insist(kind),
             kind => Self::Clear(kind),
         }
