@@ -16,7 +16,11 @@ pub struct ControlArgs {
 /// The process of the member `control`.
 #[must_use]
 pub fn run(args: &ControlArgs) -> ExitCode {
-    member(&args.common, "control", load_scene_without_truth, Makes::default(), |scene, _| {
-        Box::new(Control::new(scene))
-    })
+    member(
+        &args.common,
+        "control",
+        load_scene_without_truth,
+        Makes::default(),
+        |scene, exercise| Box::new(Control::new(scene, exercise)),
+    )
 }

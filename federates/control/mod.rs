@@ -9,6 +9,7 @@ mod look_ahead;
 mod people;
 mod seats;
 
+use crate::exchange::control_records::{Light, Lights, Teller};
 use crate::exchange::driven;
 use crate::exchange::flights::flight_list;
 use crate::exchange::repeated::Repeated;
@@ -25,16 +26,17 @@ use crate::runtime::messages::{
 };
 use models::control::alert::{Alert, Change};
 use models::control::clearance::{Board, Clearance};
-use models::control::layout::{Layout, StopBar};
+use models::control::layout::{Area, Layout, RunwayAxis, StopBar};
 use models::control::lights::{self, Failed, FailedBars};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
+use models::control::widths::{runway_is_narrow, way_is_narrow};
 use models::flight_list::{FlightList, MovementKind};
 use models::frames::{Point2, Vector2};
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::network::Network;
+use models::traffic::network::{Network, code_of_span};
 use scenarios::Scene;
 use seats::Seats;
 use serde_json::json;
@@ -52,11 +54,15 @@ pub struct Control {
     /// Bars that fail in this run, which their monitors tell.
     failed_bars: Vec<FailedBars>,
     tracks: Vec<TrackNotice>,
+    areas: Vec<Area>,
+    /// Of the weather that was told last, m.
+    visibility_m: f64,
     flights: FlightList,
     digest: Digest,
     raised: BTreeMap<String, u64>,
-    /// Which bars are lit and which fail, as they were told last.
-    lights_told: Option<Vec<(bool, bool)>>,
+    /// All lights of the runways as they were told last, and when those who hear DIS were, s.
+    lights_told: Option<(Vec<Light>, f64)>,
+    teller: Teller,
     /// Controllers' seats, where they clear.
     seats: Option<Seats>,
     alerts: Repeated<AlertMessage>,
@@ -82,23 +88,26 @@ fn net_of(scene: &Scene) -> SafetyNet {
 impl Control {
     /// The control of a scene's airport.
     #[must_use]
-    pub fn new(scene: Arc<Scene>) -> Self {
+    pub fn new(scene: Arc<Scene>, exercise: u8) -> Self {
         let net = net_of(&scene);
         Self {
             time: FrameTime::of(&scene.run),
             run: 0,
             bars: net.layout().bars.clone(),
-            net,
             failed_bars: Vec::new(),
             board: Board::default(),
             tracks: Vec::new(),
+            areas: net.layout().areas.clone(),
+            visibility_m: f64::INFINITY,
             flights: FlightList::default(),
             digest: Digest::default(),
             raised: BTreeMap::new(),
             lights_told: None,
+            teller: Teller { exercise, site: scene.run.site },
             seats: None,
             alerts: Repeated::default(),
             seat_events: Repeated::default(),
+            net,
             scene,
         }
     }
@@ -123,6 +132,7 @@ impl Control {
                         }
                     }
                 }
+                Notice::Weather(weather) => self.visibility_m = weather.visibility_m,
                 Notice::Wants { share, wants } => {
                     if let Some(seats) = &mut self.seats {
                         seats.take(*share, wants);
@@ -162,9 +172,25 @@ impl Control {
             from: SimTime(c.from_ns),
             until: None,
         });
+        let too_small = !c.way_m.is_empty() && self.is_too_small(callsign, &c.way_m);
         if let Some(strip) = self.board.strip(callsign).filter(|_| !c.way_m.is_empty()) {
             strip.way_m.clone_from(&c.way_m);
+            strip.too_small = too_small;
         }
+    }
+
+    /// Whether its way, or its runway, is too narrow for a flight of the list.
+    fn is_too_small(&self, callsign: Callsign, way_m: &[Point2<f64>]) -> bool {
+        let Some(entry) = self.flights.entries.iter().find(|e| e.callsign == callsign) else {
+            return false;
+        };
+        let Some(row) = self.scene.traffic.types.get(&entry.type_designator) else { return false };
+        let code = code_of_span(row.class.span_m);
+        let layout = self.net.layout();
+        let axis = layout.runway(&entry.runway).and_then(|r| layout.runways.get(r.0));
+        let behaving = self.scene.traffic.behaving.as_ref();
+        axis.is_some_and(|axis| runway_is_narrow(axis, code))
+            || behaving.is_some_and(|b| way_is_narrow(&b.network, code, way_m))
     }
 
     fn target(&self, t: &TrackNotice) -> Target {
@@ -197,35 +223,79 @@ impl Control {
 
 /// Half the length of a stop bar as it is drawn, m (assumed: 23 m of taxiway).
 const HALF_BAR_M: f64 = 11.5;
+/// Entry lights are so far behind their bar, towards the runway, m, and take-off hold lights so far along the runway (assumed).
+const ENTRY_BEHIND_M: f64 = 8.0;
+const HOLD_ALONG_M: f64 = 115.0;
+/// Lights are told to those who hear DIS at least so often, s.
+const LIGHTS_EVERY_S: f64 = 30.0;
 
 impl Control {
-    /// Tells pages the stop bars, whenever one changed: JSON, each with its runway, its ends in m east and north,
-    /// whether it is lit, and whether it fails.
-    fn tell_lights(&mut self, now: SimTime, failed: &[Failed], out: &mut FrameOut) {
-        let fails = |bar: &StopBar| failed.iter().any(|f| f.runway == bar.runway);
-        let lit: Vec<(bool, bool)> = self.bars.iter().map(|bar| (bar.lit, fails(bar))).collect();
-        if self.bars.is_empty() || self.lights_told.as_ref() == Some(&lit) {
+    /// Tells pages and those who hear DIS the lights of the runways, whenever one changed: JSON, each with its runway, its ends in m east
+    /// and north, whether it is lit, and whether it fails.
+    fn tell_lights(&mut self, frame: Frame, failed: &[Failed], out: &mut FrameOut) {
+        if self.bars.is_empty() {
             return;
         }
-        self.lights_told = Some(lit);
+        let now = self.time.time(frame);
         let layout = self.net.layout();
-        let bar = |bar: &StopBar| {
+        let of = lights::runway_lights(layout, &self.board, self.net.surveillance());
+        let fails = |bar: &StopBar| failed.iter().any(|f| f.runway == bar.runway);
+        let light = |lit: bool, failed: bool| Light { lit, failed };
+        let mut all: Vec<Light> = self.bars.iter().map(|bar| light(bar.lit, fails(bar))).collect();
+        all.extend(of.entries.iter().map(|lit| light(*lit, false)));
+        all.extend(of.holds.iter().flatten().map(|lit| light(*lit, false)));
+        let (known, told_s) = self.lights_told.take().unwrap_or_default();
+        let changed = known != all;
+        let due = changed || now.s() >= told_s + LIGHTS_EVERY_S;
+        self.lights_told = Some((all, if due { now.s() } else { told_s }));
+        let Some((all, _)) = &self.lights_told else { return };
+        if due {
+            let numbered: Vec<(u16, Light)> = (0..).zip(all.iter().copied()).collect();
+            let at = self.time.stamp(frame);
+            out.aside.extend(self.teller.lights(Lights::Runways, at, &numbered));
+        }
+        if !changed {
+            return;
+        }
+        let round = |x: f64| (10.0 * x).round() / 10.0;
+        // A line of so many metres across or along an axis, with its middle there.
+        let line = |middle: Point2<f64>, along: Vector2<f64>| {
+            [-HALF_BAR_M, HALF_BAR_M].map(|m| middle + along * m).map(|p| [round(p.x), round(p.y)])
+        };
+        let at_bar = |bar: &StopBar, nearer_m: f64| {
             let axis = layout.runways.get(bar.runway)?;
             let across_m = bar.across_m.unwrap_or(axis.hold_m);
+            let across_m = across_m - nearer_m.copysign(across_m);
             let right = Vector2::new(axis.along.y, -axis.along.x);
             let middle = axis.origin_m + axis.along * bar.place_m + right * across_m;
-            let ends = [-HALF_BAR_M, HALF_BAR_M].map(|m| middle + axis.along * m);
-            let round = |x: f64| (10.0 * x).round() / 10.0;
-            let ends = ends.map(|p| [round(p.x), round(p.y)]);
-            Some(
-                json!({"runway": axis.names.join("/"), "ends_m": ends, "lit": bar.lit, "failed": fails(bar)}),
-            )
+            Some((axis.names.join("/"), line(middle, axis.along)))
+        };
+        let bar = |bar: &StopBar| {
+            let (runway, ends_m) = at_bar(bar, 0.0)?;
+            Some(json!({"runway": runway, "ends_m": ends_m, "lit": bar.lit, "failed": fails(bar)}))
+        };
+        let entry = |(bar, lit): (&StopBar, &bool)| {
+            let (runway, ends_m) = at_bar(bar, ENTRY_BEHIND_M)?;
+            Some(json!({"runway": runway, "ends_m": ends_m, "lit": lit}))
+        };
+        let hold = |(axis, lit): (&RunwayAxis, &[bool; 2])| {
+            let right = Vector2::new(axis.along.y, -axis.along.x);
+            let of = |end: usize| {
+                let from_m = HOLD_ALONG_M.min(0.5 * axis.length_m);
+                let place_m = if end == 0 { from_m } else { axis.length_m - from_m };
+                let ends_m = line(axis.origin_m + axis.along * place_m, right);
+                json!({"runway": axis.names[end], "ends_m": ends_m, "lit": lit[end]})
+            };
+            [of(0), of(1)]
         };
         let bars: Vec<_> = self.bars.iter().filter_map(bar).collect();
+        let entries: Vec<_> = self.bars.iter().zip(&of.entries).filter_map(entry).collect();
+        let holds: Vec<_> = layout.runways.iter().zip(&of.holds).flat_map(hold).collect();
+        let body = json!({"time_s": now.s(), "bars": bars, "entries": entries, "holds": holds});
         out.publish.push(Publication {
             key: "control/1/lights".into(),
             class: Class::Lossy,
-            body: json!({"time_s": now.s(), "bars": bars}).to_string().into_bytes(),
+            body: body.to_string().into_bytes(),
             retained: Some("control/1/lights/last".into()),
         });
     }
@@ -276,7 +346,7 @@ impl Federate for Control {
 
     fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         let scene = Arc::clone(&self.scene);
-        *self = Self::new(scene);
+        *self = Self::new(scene, self.teller.exercise);
         self.run = config.run;
         let behaving = self.scene.traffic.behaving.as_ref();
         self.failed_bars = behaving.map_or_else(Vec::new, |b| b.failed_bars(config.seed));
@@ -315,14 +385,13 @@ impl Federate for Control {
             }
             false => self.bars.clear(),
         }
-        self.tell_lights(now, &failed, out);
         let scan = Scan {
             now,
             targets: &targets,
             board: &self.board,
             bars: &self.bars,
-            areas: &[],
-            low_visibility: false,
+            areas: &self.areas,
+            low_visibility: self.net.parameters().is_low(self.visibility_m),
         };
         // Recorded movements follow no clearances, so that nobody is without one.
         let cleared = self.scene.traffic.behaving.is_some();
@@ -338,6 +407,9 @@ impl Federate for Control {
                 *self.raised.entry(m.kind.word()).or_default() += 1;
             }
         }
+        self.tell_lights(frame, &failed, out);
+        let at = self.time.stamp(frame);
+        out.aside.extend(told.iter().map(|m| self.teller.alert(at, m, &self.scene)));
         if !told.is_empty() {
             self.digest.add(frame, &encode(&told));
         }

@@ -212,10 +212,15 @@ impl Rules {
 
     fn given(&self, callsign: &str, words: &Words) -> Result<Given, String> {
         let short = |t: &str| t.chars().take(12).collect::<String>();
-        let flight = scenarios::handover::flight(&self.types, self.behaving.wake, &words.designator, callsign)
-            .ok_or_else(|| {
-                format!("type {:?} is not an aircraft of types.csv", short(&words.designator))
-            })?;
+        let flight = scenarios::handover::flight(
+            &self.types,
+            self.behaving.wake,
+            &words.designator,
+            callsign,
+        )
+        .ok_or_else(|| {
+            format!("type {:?} is not an aircraft of types.csv", short(&words.designator))
+        })?;
         if let Some(address) = words.address {
             if !(1..=0xff_fffe).contains(&address) {
                 return Err("address: six hexadecimal digits, not all 0 or f".into());

@@ -2,6 +2,7 @@
 //! travel. No federate imports another one; each reads and writes these.
 
 pub mod asterix_file;
+pub mod control_records;
 pub mod dis_types;
 pub mod driven;
 pub mod entity_state;

@@ -8,6 +8,7 @@ pub mod command;
 use crate::exchange::flights::flight_notice;
 use crate::exchange::weather_notice::notice_of;
 use crate::exchange::weather_pdu;
+use crate::federation::has_control;
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
@@ -53,6 +54,7 @@ impl ExternalWorld {
             .last_sent
             .as_ref()
             .is_some_and(|(sent, _)| now.since_s(self.time.time(*sent)) >= WEATHER_HEARTBEAT_S);
+        let changed = change.is_some();
         let weather = match (change, heartbeat, &self.last_sent) {
             (Some(weather), _, _) => weather,
             (None, true, Some((_, weather))) => weather.clone(),
@@ -71,6 +73,9 @@ impl ExternalWorld {
             body: encode(&notice_of(&weather, now)),
             retained: Some("obs/weather/last".into()),
         });
+        if changed && has_control(&self.scene) {
+            out.notices.push(Notice::Weather(notice_of(&weather, now)));
+        }
         self.last_sent = Some((frame, weather));
     }
 }

@@ -23,6 +23,8 @@ pub struct FrameInputs {
 pub struct FrameOut {
     /// PDUs for everybody, made at the frame's time.
     pub pdus: Vec<Octets>,
+    /// PDUs for those who look on, of no frame and in no digest.
+    pub aside: Vec<Octets>,
     /// Notices for the federation, in effect from this frame on.
     pub notices: Vec<Notice>,
     /// Notices that take effect in a later frame: (frame, notice).

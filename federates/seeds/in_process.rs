@@ -77,7 +77,7 @@ pub fn federation(
         federates.push((smdfm_name(share), Box::new(front_end)));
     }
     if has_control(&scene) {
-        federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene)))));
+        federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene), exercise))));
     }
     if let Some(file) = &args.inputs {
         let visitors = Visitors::new(Arc::clone(&scene), exercise);

@@ -5,6 +5,7 @@
 
 use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
+use crate::exchange::control_records;
 use crate::exchange::entity_state::is_frozen;
 use crate::exchange::stamp;
 use crate::exchange::{flights::flight_notice, weather_pdu::WORLD_APPLICATION};
@@ -257,6 +258,10 @@ impl Recorded {
 
     fn take(&mut self, received: &pdu::Received<'_>, scene: &Scene, time: FrameTime) {
         let site = scene.run.site;
+        // What control tells those who look on is made again by it.
+        if control_records::is_of_control(received.body(), site) {
+            return;
+        }
         let station =
             |id: pdu::records::EntityId| id.site == site && id.application == WORLD_APPLICATION;
         let frame = time.frame_of(received.header().timestamp, self.last);

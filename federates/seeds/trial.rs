@@ -100,7 +100,7 @@ impl Trial {
             match name {
                 "external-world" => Box::new(ExternalWorld::new(scene, exercise)),
                 "smdfm" => Box::new(Smdfm::new(scene, exercise)),
-                "control" => Box::new(Control::new(scene)),
+                "control" => Box::new(Control::new(scene, exercise)),
                 "visitors" => Box::new(Guests::new(scene)),
                 name if is_front_end(name) => {
                     let share = name.bytes().last().map_or(2, |b| u32::from(b - b'0'));

@@ -1,7 +1,7 @@
 //! What an SMDFM takes in with the frames: truth as PDUs, weather, and what outsiders brought.
 
 use super::received_truth::ReceivedTruth;
-use crate::exchange::{stamp, weather_pdu};
+use crate::exchange::{control_records, stamp, weather_pdu};
 use crate::runtime::federate::{FrameInputs, Octets};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::Frame;
@@ -57,7 +57,7 @@ impl Intake {
         let strange = |octets: &Octets| match pdu::pdus(octets).next() {
             Some(Ok(received)) => match received.body() {
                 Body::EntityState(state) => !self.truth.is_of_scene(state.entity_id),
-                _ => true,
+                body => !control_records::is_of_control(body, self.site),
             },
             _ => true,
         };

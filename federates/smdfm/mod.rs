@@ -132,6 +132,7 @@ impl Smdfm {
                 | Notice::Given(_)
                 | Notice::Seat(_)
                 | Notice::Stands(_)
+                | Notice::Weather(_)
                 | Notice::Clearances(_) => {}
                 Notice::Plots(plots) => self.remote.take(plots),
             }

@@ -10,6 +10,7 @@ pub mod command;
 pub mod driven_state;
 pub mod traffic_state;
 
+use crate::exchange::control_records::{Light, Lights, Teller};
 use crate::exchange::entity_state::{deactivated, frozen, state_pdu, transponder, world_pose};
 use crate::exchange::repeated::Repeated;
 use crate::exchange::{driven, handover};
@@ -32,7 +33,7 @@ use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
 use scenarios::{Entity, Scene};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The federate's logic.
@@ -54,6 +55,8 @@ pub struct TrafficGenerator {
     /// Who was given, in its place, by entity.
     given: BTreeMap<usize, Entity>,
     run: u32,
+    /// Segments of the taxiways that were told to be lit.
+    lit: BTreeSet<u32>,
     /// The frame executed last.
     executed: Frame,
 }
@@ -112,6 +115,7 @@ impl TrafficGenerator {
             answered: 0,
             given: BTreeMap::new(),
             run: 0,
+            lit: BTreeSet::new(),
             executed: 0,
         }
     }
@@ -449,6 +453,7 @@ impl Federate for TrafficGenerator {
         }
         self.told = Told::default();
         self.asked.clear();
+        self.lit.clear();
         self.given.clear();
         self.answered = 0;
         (self.drivers, self.run) = (Repeated::told_for(TOLD_FOR), config.run);
@@ -476,6 +481,21 @@ impl Federate for TrafficGenerator {
                     body: encode(&told),
                     retained: None,
                 });
+            }
+            if let Some(lamps) = core.lamps() {
+                let lit: BTreeSet<u32> =
+                    core.greens().into_iter().flat_map(|g| g.segments).collect();
+                let dark = |s: &u32| lamps.segments()[*s as usize].dark;
+                let changed = self.lit.symmetric_difference(&lit).filter(|s| **s <= 0xffff);
+                let changed: Vec<(u16, Light)> = changed
+                    .map(|s| {
+                        (*s as u16, Light { lit: lit.contains(s) && !dark(s), failed: dark(s) })
+                    })
+                    .collect();
+                let teller = Teller { exercise: self.exercise, site: self.scene.run.site };
+                let at = self.time.stamp(frame);
+                out.aside.extend(teller.lights(Lights::Taxiways, at, &changed));
+                self.lit = lit;
             }
             out.publish.push(Publication {
                 key: "obs/traffic".into(),

@@ -6,13 +6,17 @@
 //!              "authority_m": [[e, n], …], "planned_m": [[e, n], …], "held": [17, 18],
 //!              "cleared": [{"kind": "TAX", "runway": "", "since_s": 30.0}],
 //!              "waits": {"for": "BAW7", "at": "A (31-32)", "since_s": 42.0, "planned_s": 12.0}, "wants": "CRO"}],
-//!  "runways": [{"name": "18L/36R", "owner": "DLH4", "queue": 2}]}
+//!  "runways": [{"name": "18L/36R", "owner": "DLH4", "queue": 2}],
+//!  "greens": [{"callsign": "KLM123", "segments": [7, 8], "lines_m": [[[e, n], [e, n]], …], "bar_m": [[e, n], [e, n]]}]}
 //! ```
 //!
 //! `authority_m`: from the mover to where it may drive now; `planned_m`: from there to the end of its way; m east and
 //! north. `cleared`: what stands. `waits` and `wants` (a clearance) only while it waits; `for` is null where it waits for a clearance or the policy.
+//! `targets` of a departure: `tobt_s`, `tsat_s`, `ttot_s`, where departures leave by a sequence, and `ctot_s`, its slot.
+//! `greens`, where lamps lead: the segments that are lit for each flight, those of them whose lamps work as lines, and the bar at their end.
 
-use models::traffic::core::{Core, Direction, Phase};
+use models::frames::{Point2, Vector2};
+use models::traffic::core::{Core, Direction, Greens, Phase};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -56,6 +60,10 @@ pub fn json(core: &Core, time_s: f64) -> String {
                 "planned_s": waits.planned_s.map(f64::round),
             });
         }
+        let targets = targets(core, f);
+        if targets != Value::Null {
+            mover["targets"] = targets;
+        }
         if let Some(kind) = core.wants(f) {
             mover["wants"] = json!(kind.word());
         }
@@ -66,7 +74,46 @@ pub fn json(core: &Core, time_s: f64) -> String {
         json!({"name": net.runways[r].names.join("/"), "owner": owner, "queue": queue})
     };
     let runways: Vec<Value> = (0..net.runways.len()).map(runway).collect();
-    json!({"time_s": time_s, "movers": movers, "runways": runways}).to_string()
+    let mut state = json!({"time_s": time_s, "movers": movers, "runways": runways});
+    if core.lamps().is_some() {
+        state["greens"] = greens(core);
+    }
+    state.to_string()
+}
+
+/// Target times of a departure that has not taken off; null where it has none.
+fn targets(core: &Core, f: usize) -> Value {
+    let ctot_s = core.flights()[f].ctot_s;
+    let targets = core.milestones(f).filter(|_| core.measures(f).atot_s.is_none());
+    match targets {
+        Some(t) => json!({
+            "tobt_s": t.tobt_s.round(), "tsat_s": t.tsat_s.round(), "ttot_s": t.ttot_s.round(), "ctot_s": ctot_s,
+        }),
+        None => ctot_s.map_or(Value::Null, |s| json!({"ctot_s": s})),
+    }
+}
+
+/// Half the bar at the end of the greens of a flight, m (assumed: a taxiway of 23 m).
+const HALF_BAR_M: f64 = 11.5;
+
+/// What is lit for each flight.
+fn greens(core: &Core) -> Value {
+    let Some(lamps) = core.lamps() else { return Value::Null };
+    let all = lamps.segments();
+    let round = |p: Point2<f64>| [p.x, p.y].map(|x| (x * 10.0).round() / 10.0);
+    let of = |g: &Greens| {
+        let lit = g.segments.iter().map(|s| &all[*s as usize]).filter(|s| !s.dark);
+        let lines: Vec<_> = lit.map(|s| s.ends_m.map(round)).collect();
+        let last = g.segments.last().map(|s| all[*s as usize].ends_m);
+        // Across the last of them.
+        let right = last.map(|[a, b]| b - a).filter(|along| along.norm() > 0.1);
+        let right = right.map_or(Vector2::zeros(), |a| Vector2::new(a.y, -a.x) / a.norm());
+        let bar = [-HALF_BAR_M, HALF_BAR_M].map(|m| round(g.bar_m + right * m));
+        json!({
+            "callsign": core.flights()[g.flight].callsign, "segments": g.segments, "lines_m": lines, "bar_m": bar,
+        })
+    };
+    core.greens().iter().map(of).collect()
 }
 
 /// How far a line may lie beside the one that is said for it, m: less than a pixel.

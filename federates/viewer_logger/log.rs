@@ -11,10 +11,12 @@ use super::source::{Event, EventFinder};
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
 };
+use models::traffic::core::LAMP_DELAY_S;
 use models::words::Word;
 use rusqlite::{Connection, OpenFlags, Transaction, params};
 use scan::write_scan;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Why a log cannot be opened or went no further.
@@ -214,6 +216,26 @@ impl Log {
                 time_ns,
                 octets
             ])?;
+            if topic == Topic::Traffic
+                && let Some(lit) = said::greens_of(text)
+            {
+                // Those that are not said to be lit any more are dark; lamps show what they are told a moment later.
+                let mut known = t.prepare_cached(
+                    "SELECT id FROM lights l WHERE id LIKE 'green %' AND state = 'lit' AND NOT EXISTS \
+                     (SELECT 1 FROM lights WHERE id = l.id AND rowid > l.rowid)",
+                )?;
+                let known = known.query_map([], |row| row.get(0))?;
+                let known: BTreeSet<String> = known.collect::<Result<_, _>>()?;
+                let lit: BTreeSet<String> = lit.iter().map(|n| format!("green {n}")).collect();
+                let at_ns = time_ns + (1e9 * LAMP_DELAY_S) as i64;
+                let mut insert = t.prepare_cached("INSERT INTO lights VALUES (?,?,?)")?;
+                for id in known.difference(&lit) {
+                    insert.execute(params![at_ns, id, "dark"])?;
+                }
+                for id in lit.difference(&known) {
+                    insert.execute(params![at_ns, id, "lit"])?;
+                }
+            }
             if topic == Topic::Lights {
                 for (id, state) in said::lights_of(text) {
                     t.prepare_cached(

@@ -135,7 +135,8 @@ CREATE TABLE alerts (
 -- "lights", stop bars, when they changed.
 CREATE TABLE said (topic TEXT, time_ns INTEGER, octets BLOB, PRIMARY KEY (topic, time_ns)) WITHOUT ROWID;
 
--- Stop bars: a row a bar whenever it is switched, lit or dark. id: the runway and which of its bars, as "16/34 2".
+-- Lights: a row whenever one is switched, lit or dark. id: of a stop bar the runway and which of its bars, as "16/34 2"; of entry lights
+-- "16/34 entry 2"; of take-off hold lights "34 hold"; of a segment of a taxiway "green 17".
 CREATE TABLE lights (time_ns INTEGER, id TEXT, state TEXT);
 
 -- The same rules on exact truth with the true clearances: what the alerts on tracks are scored against.

@@ -37,7 +37,8 @@ pub fn core_after(
     let mut core = whole.traffic.behaving.as_ref()?.told_core(&whole.run, seed)?;
     let layout =
         Layout::of(&whole.airport.layout).with_network(&whole.traffic.behaving.as_ref()?.network);
-    let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars);
+    let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars)
+        .in_visibility(whole.visibility_m());
     let mut reference = Reference::default();
     let mut given: BTreeMap<u64, Vec<Notice>> = BTreeMap::new();
     let mut asked: BTreeMap<u64, Vec<(u64, u64, Ask)>> = BTreeMap::new();

@@ -9,7 +9,7 @@ use crate::runtime::messages::words;
 use crate::runtime::messages::{AlertMessage, Operation};
 use models::control::alert::{AlertKind, Change, Stage};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// What is kept as it was said.
@@ -57,28 +57,52 @@ impl Topic {
     }
 }
 
-/// Stop bars of what is said of lights: each by its runway and which of its bars it is, and whether it is lit.
+/// Lights of runways of what is said of lights: stop bars by their runway and which of its bars each is, entry lights likewise,
+/// take-off hold lights by the end at which they are; and whether each is lit.
 #[must_use]
 pub fn lights_of(text: &str) -> Vec<(String, &'static str)> {
     #[derive(Deserialize)]
-    struct Bar {
+    struct Light {
         runway: String,
         lit: bool,
     }
     #[derive(Deserialize)]
     struct Lights {
-        bars: Vec<Bar>,
+        bars: Vec<Light>,
+        #[serde(default)]
+        entries: Vec<Light>,
+        #[serde(default)]
+        holds: Vec<Light>,
     }
     let Ok(lights) = serde_json::from_str::<Lights>(text) else { return Vec::new() };
-    let mut of: BTreeMap<&str, u32> = BTreeMap::new();
-    let named = |bar: &Bar, n: &u32| format!("{} {n}", bar.runway);
+    let state = |light: &Light| if light.lit { "lit" } else { "dark" };
     let mut all = Vec::new();
-    for bar in &lights.bars {
-        let n = of.entry(&bar.runway).or_default();
-        *n += 1;
-        all.push((named(bar, n), if bar.lit { "lit" } else { "dark" }));
+    for (list, word) in [(&lights.bars, ""), (&lights.entries, "entry ")] {
+        let mut of: BTreeMap<&str, u32> = BTreeMap::new();
+        for light in list {
+            let n = of.entry(&light.runway).or_default();
+            *n += 1;
+            all.push((format!("{} {word}{n}", light.runway), state(light)));
+        }
     }
+    all.extend(lights.holds.iter().map(|light| (format!("{} hold", light.runway), state(light))));
     all
+}
+
+/// Segments of taxiways that are lit for somebody, of what is said of traffic; `None` where no lamps lead.
+#[must_use]
+pub fn greens_of(text: &str) -> Option<BTreeSet<u32>> {
+    #[derive(Deserialize)]
+    struct Led {
+        segments: Vec<u32>,
+    }
+    #[derive(Deserialize)]
+    struct Traffic {
+        greens: Vec<Led>,
+    }
+    // Of a scene without lamps the whole is not read.
+    let led = text.contains("\"greens\"").then(|| serde_json::from_str::<Traffic>(text).ok());
+    led.flatten().map(|t| t.greens.into_iter().flat_map(|g| g.segments).collect())
 }
 
 /// An alert over its life.
@@ -323,6 +347,19 @@ const ACKNOWLEDGE: &str = "acknowledge";
 mod tests {
     use super::*;
     use models::frames::Point2;
+
+    #[test]
+    fn lights_are_named_by_their_runway_and_kind() {
+        let text = r#"{"time_s": 1, "bars": [{"runway": "16/34", "lit": true}, {"runway": "16/34", "lit": false}],
+            "entries": [{"runway": "16/34", "lit": false}], "holds": [{"runway": "34", "lit": true}]}"#;
+        let named: Vec<String> =
+            lights_of(text).iter().map(|(id, s)| format!("{id}: {s}")).collect();
+        assert_eq!(named, ["16/34 1: lit", "16/34 2: dark", "16/34 entry 1: dark", "34 hold: lit"]);
+        assert_eq!(lights_of(r#"{"bars": []}"#), []);
+        let led = r#"{"time_s": 1, "greens": [{"callsign": "A", "segments": [7, 8]}, {"segments": [3]}]}"#;
+        assert_eq!(greens_of(led), Some([3, 7, 8].into()));
+        assert_eq!(greens_of(r#"{"time_s": 1, "movers": []}"#), None);
+    }
 
     fn told(id: u32, change: Change, stage: Stage, s: i64) -> AlertMessage {
         AlertMessage {

@@ -4,6 +4,7 @@
 //! map, and the page draws it. It says nothing of any target.
 
 use crate::frames::{Azimuth, Point2};
+use crate::time::SimTime;
 
 /// One runway, both directions.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,6 +109,54 @@ pub struct StandDetail {
     pub kind: String,
 }
 
+/// Why an area is protected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AreaKind {
+    /// Closed.
+    Closed,
+    /// ILS critical or sensitive.
+    Ils,
+    /// Restricted.
+    Restricted,
+}
+
+impl AreaKind {
+    /// The kind of a word.
+    #[must_use]
+    pub fn of(word: &str) -> Option<Self> {
+        match word {
+            "closed" => Some(Self::Closed),
+            "ils" => Some(Self::Ils),
+            "restricted" => Some(Self::Restricted),
+            _ => None,
+        }
+    }
+}
+
+/// A protected area and its time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Area {
+    /// Why.
+    pub kind: AreaKind,
+    /// Outline, m, not closed.
+    pub outline_m: Vec<Point2<f64>>,
+    /// Protected from.
+    pub from: SimTime,
+    /// Protected until.
+    pub until: SimTime,
+}
+
+impl Area {
+    /// Whether a point lies inside at a time (even-odd rule).
+    #[must_use]
+    pub fn holds(&self, time: SimTime, point_m: Point2<f64>) -> bool {
+        if time < self.from || time >= self.until {
+            return false;
+        }
+        inside(&self.outline_m, point_m)
+    }
+}
+
 /// Details by index; shorter lists than those they belong to say nothing of the rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Details {
@@ -127,6 +176,21 @@ pub struct Details {
     pub in_use: [Vec<String>; 2],
     /// Stands and destinations of vehicles: place, m, and its word ("fuel_jets", "crew_car").
     pub vehicle_places: Vec<(Point2<f64>, String)>,
+    /// Protected areas.
+    pub areas: Vec<Area>,
+    /// Runways that are closed for a time, by the name of one of their ends: from, until.
+    pub closures: Vec<(String, [SimTime; 2])>,
+}
+
+impl Details {
+    /// When a runway is closed.
+    pub fn closed_runways<'a>(
+        &'a self,
+        runway: &'a Runway,
+    ) -> impl Iterator<Item = [SimTime; 2]> + 'a {
+        let own = |name: &str| runway.names.iter().any(|n| n == name);
+        self.closures.iter().filter(move |(name, _)| own(name)).map(|(_, times)| *times)
+    }
 }
 
 /// Everything of one airport.

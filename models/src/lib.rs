@@ -36,9 +36,9 @@ pub mod filter;
 pub mod association;
 
 pub mod flight_list;
-pub mod wake;
 pub mod fusion;
 pub mod track;
+pub mod wake;
 
 pub mod score;
 

@@ -170,6 +170,11 @@ pub const OVERLAY: &[Table] = &[
     many("taxiway", OVERLAY_TAXIWAY, "Width, code letter and direction of a taxiway or an edge"),
     many("stand", OVERLAY_STAND, "What a stand is for"),
     many("closed", OVERLAY_CLOSED, "What nobody uses: one of these keys"),
+    many(
+        "area",
+        OVERLAY_AREA,
+        "Ground that is protected for a time: who is in it is told of, nobody goes round it",
+    ),
     one("runways", OVERLAY_RUNWAYS, "Runway ends in use where a demand names none"),
 ];
 
@@ -215,6 +220,19 @@ const OVERLAY_CLOSED: &[Key] = &[
         Holds::Places(&[]),
         "Corners in order, 3 at least: every edge and stand in it",
     ),
+    Key::text(
+        "runway",
+        "A runway, by one of its ends: landings and rolls on it are told of; no drawn flight uses it where it is closed to the end",
+    ),
+    Key::number("from_s", "s", 0.0, 1e6, "With `runway`: closed from then on").or("0"),
+    Key::number("until_s", "s", 0.0, 1e6, "And until then").or("the end"),
+];
+
+const OVERLAY_AREA: &[Key] = &[
+    Key::word("kind", || vec!["closed", "ils", "restricted"], "Why it is protected").needed(),
+    Key::new("corners", Holds::Places(&[]), "Corners in order, 3 at least").needed(),
+    Key::number("from_s", "s", 0.0, 1e6, "Protected from then on").or("0"),
+    Key::number("until_s", "s", 0.0, 1e6, "And until then").or("the end"),
 ];
 
 const OVERLAY_RUNWAYS: &[Key] = &[

@@ -99,6 +99,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Visibility of the weather from a time on, m, in the order of time.
+    #[must_use]
+    pub fn visibility_m(&self) -> Vec<(models::time::SimTime, f64)> {
+        self.weather.iter().map(|notice| (notice.time, notice.weather.visibility_m)).collect()
+    }
+
     /// What the scene tolerates against everything simulated exactly.
     #[must_use]
     pub fn tolerance(&self) -> models::effects::Tolerance {

@@ -18,8 +18,8 @@ use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;
-pub(crate) use flights::{flight_of, wake_of};
 pub(crate) use flights::wheelbase_m;
+pub(crate) use flights::{flight_of, wake_of};
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
 use models::flight_list::{FlightEntry, MovementKind};
@@ -30,7 +30,7 @@ use models::traffic::core::{
     ClearedBy, Core, Day, Direction, Driven, Failure, FailureKind, Flight, Obstacle, Policy,
     drawn_failures,
 };
-use models::traffic::network::{Network, code_of_span};
+use models::traffic::network::{NetRunway, Network, code_of_span};
 use models::traffic::pieces::Pieces;
 pub(crate) use reach::end_named;
 use reach::{Ground, lands_instead, reached_stands};
@@ -215,7 +215,13 @@ pub(crate) fn read(
         return Ok((None, added));
     }
     let network = Network::of(&airport.layout);
-    let ground = Ground::of(&network, &days);
+    let lasts = |[from, until]: [SimTime; 2]| from <= SimTime::ZERO && until.0 == i64::MAX;
+    let closed = |r: &NetRunway| {
+        let own = airport.layout.runways.iter().filter(|own| own.names == r.names);
+        own.flat_map(|own| airport.layout.details.closed_runways(own)).any(lasts)
+    };
+    let closed = network.runways.iter().map(closed).collect();
+    let ground = Ground::of(&network, &days, closed);
     let (mut remarks, mut left_out) = (network.findings.clone(), Vec::new());
     let mut flights: Vec<Flight> = Vec::new();
     // Stands that a way leads to, by code letter, as they are needed.

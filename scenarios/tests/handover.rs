@@ -57,7 +57,8 @@ fn about_a_final(scene: &Scene, d: &mut Draws, callsign: &str, time_s: f64) -> G
     let aside = Vector2::new(along.y, -along.x);
     let threshold = runway.ends_m[end] + along * runway.displaced_m[end];
     let designator = ["A320", "B738", "E190", "A320"][(d.next() * 4.0) as usize % 4];
-    let flight = scenarios::handover::flight(&scene.traffic.types, scene.control.wake, designator, callsign);
+    let flight =
+        scenarios::handover::flight(&scene.traffic.types, scene.control.wake, designator, callsign);
     let flight = flight.expect("a known type");
     let wild = if d.chance(0.7) { 1.0 } else { 6.0 };
     let out_m = NM * if wild > 1.0 { d.within(0.0, 14.0) } else { d.within(3.0, 9.8) };

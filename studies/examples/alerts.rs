@@ -257,7 +257,8 @@ fn run(
     if options.clearances {
         layout(scene).bars.iter().for_each(|bar| println!("bar {bar:?}"));
     }
-    let mut watch = Watch::new(layout(scene), Parameters::default(), bars);
+    let mut watch =
+        Watch::new(layout(scene), Parameters::default(), bars).in_visibility(scene.visibility_m());
     let mut seen = net_on_tracks(scene, scene.control.confirm_scans);
     let mut sensors = if options.tracks { studies::zurich::sensors(scene)? } else { Vec::new() };
     let mut config = scene.tracking_config();

@@ -190,7 +190,8 @@ fn controlled(
     let behaving = scene.traffic.behaving.as_ref().ok_or("nobody flies there")?;
     let mut seen = Seen {
         tower: Tower::new(scene, seed)?,
-        on_truth: Watch::new(layout(scene), Parameters::default(), scene.control.stop_bars),
+        on_truth: Watch::new(layout(scene), Parameters::default(), scene.control.stop_bars)
+            .in_visibility(scene.visibility_m()),
         exact: Book::default(),
         tracked: Book::default(),
         about: BTreeMap::new(),

@@ -207,7 +207,8 @@ fn fly(text: &str, seed: u64) -> Result<Flown, String> {
     let mut core = behaving.core(&scene.run, seed).ok_or("no truth")?;
     let mut chains = chains(&scene, text)?;
     let mut sensors = zurich::sensors(&scene)?;
-    let mut watch = Watch::new(layout(&scene), Parameters::default(), scene.control.stop_bars);
+    let mut watch = Watch::new(layout(&scene), Parameters::default(), scene.control.stop_bars)
+        .in_visibility(scene.visibility_m());
     let (mut exact, mut truth_ns) = (Book::default(), 0.0);
     let mut frames = Frames::of(&scene, behaving.first_entity);
     let (per_scan, weather) = (u64::from(scene.run.frames_per_scan), Weather::default());

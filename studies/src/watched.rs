@@ -156,7 +156,7 @@ pub fn net_on_tracks(scene: &Scene, confirm_scans: u32) -> Watch {
         bar_margin_m: control.bar_margin_m,
         ..Parameters::on_tracks()
     };
-    Watch::new(layout(scene), parameters, control.stop_bars)
+    Watch::new(layout(scene), parameters, control.stop_bars).in_visibility(scene.visibility_m())
 }
 
 /// The airport as the safety net knows it.

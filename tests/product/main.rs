@@ -18,6 +18,7 @@ mod packaged;
 mod page;
 mod peers;
 mod processes;
+mod protected;
 mod recordings;
 mod reference;
 mod reproducibility;

@@ -191,7 +191,8 @@ fn runway(value: &Value) -> Option<RunwayAxis> {
     let ends = [point(&value["ends"][0])?, point(&value["ends"][1])?];
     let mut axis =
         RunwayAxis::new(names, ends, value["width"].as_f64()?, value["hold_m"].as_f64()?)?;
-    axis.closed = value["closed"].as_bool().unwrap_or(false);
+    let always = [SimTime(i64::MIN), SimTime(i64::MAX)];
+    axis.closed.extend(value["closed"].as_bool().filter(|closed| *closed).map(|_| always));
     Some(axis)
 }
 

@@ -75,6 +75,9 @@ impl Member {
         if !out.pdus.is_empty() {
             effects.push(Effect::Send(out.pdus));
         }
+        if !out.aside.is_empty() {
+            effects.push(Effect::Send(out.aside));
+        }
         effects.extend(out.publish.into_iter().map(Effect::Publish));
     }
 

@@ -137,6 +137,7 @@ impl Weight for FrameEnds {
             Notice::Wants { wants, .. } => 64 + 64 * wants.len(),
             Notice::Plots(of) => 256 + 256 * of.plots.len(),
             Notice::Stands(all) => 64 + 64 * all.len(),
+            Notice::Weather(weather) => 128 + 32 * weather.cells.len(),
             Notice::Given(_) | Notice::Seat(_) => 256,
         });
         128 + hashes + notices.sum::<usize>()

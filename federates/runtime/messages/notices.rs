@@ -46,6 +46,8 @@ pub enum Notice {
     Plots(PlotsNotice),
     /// Flights that have another stand than the flight data list says, or was told last.
     Stands(Vec<StandNotice>),
+    /// The weather, when it changes: for control, which is sent no PDUs.
+    Weather(WeatherNotice),
 }
 
 /// The stand of a flight from now on.

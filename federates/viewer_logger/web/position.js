@@ -31,6 +31,8 @@ export function paintPosition(g, see) {
       g.stroke();
     }
     bars(g, see);
+    runwayLights(g, see);
+    greens(g, see);
   }
   if (layers.routes) routes(g, see);
 }
@@ -60,6 +62,33 @@ function bars(g, { said, cam, c }) {
       g.lineTo(x + CROSS_PX, y + side * CROSS_PX);
     }
   }
+  g.stroke();
+}
+
+/** Entry lights and take-off hold lights that are lit: red and dotted. */
+function runwayLights(g, { said, cam, c }) {
+  g.strokeStyle = c.bar;
+  g.lineWidth = 2;
+  g.setLineDash([2, 3]);
+  g.beginPath();
+  for (const { ends_m: ends } of [...(said.lights?.entries ?? []), ...(said.lights?.holds ?? [])].filter((light) => light.lit)) line(g, cam, ends);
+  g.stroke();
+  g.setLineDash([]);
+}
+
+/** Lamps of the taxiways that lead flights, and the lit bar where each is led to. */
+function greens(g, { said, cam, c }) {
+  const led = said.traffic?.greens ?? [];
+  g.strokeStyle = c.vehicle;
+  g.lineWidth = 2;
+  g.setLineDash([3, 4]);
+  g.beginPath();
+  for (const { lines_m: lines } of led) lines.forEach((ends) => line(g, cam, ends));
+  g.stroke();
+  g.setLineDash([]);
+  g.strokeStyle = c.bar;
+  g.beginPath();
+  for (const { bar_m: bar } of led) line(g, cam, bar);
   g.stroke();
 }
 

@@ -39,7 +39,7 @@ export function stripsOf({ flights, scan, traffic, ground, timeS }) {
       callsign: flight.callsign, type: flight.wake ? `${flight.type_designator}/${flight.wake}` : flight.type_designator, movement: flight.movement,
       stand: (mover?.stand || flight.stand).replaceAll("_", " "), runway: mover?.runway || flight.runway, bay, state: state ?? "not seen", derived: !mover,
       cleared: (mover?.cleared ?? []).map((c) => (c.runway ? `${c.kind} ${c.runway}` : c.kind)), waits, wants: mover?.wants ?? null,
-      timeS: due, lateS: late > LATE_S ? late : null, trackId: track?.id ?? null,
+      timeS: due, lateS: late > LATE_S ? late : null, trackId: track?.id ?? null, targets: mover?.targets ?? null,
     });
   }
   return strips;
@@ -73,6 +73,17 @@ export function waitText({ waits, wants }) {
   return `${whom}${waits.at ? ` at ${waits.at}` : ""}, since ${elapsed(waits.since_s)}${planned}`;
 }
 
+/** Target times of a departure: key, short name, what it is. */
+export const TARGETS = [
+  ["tobt_s", "TOBT", "Target off-block time"], ["tsat_s", "TSAT", "Target start-up approval time"], ["ttot_s", "TTOT", "Target take-off time"],
+  ["ctot_s", "CTOT", "Calculated take-off time: its slot"],
+];
+
+/** Target times in words; `time` makes a text of seconds. */
+export function targetText(targets, time) {
+  return TARGETS.filter(([key]) => Number.isFinite(targets?.[key])).map(([key, name]) => `${name} ${time(targets[key])}`).join(", ");
+}
+
 /** Facts of a target that only its strip and the simulated traffic know. */
 export function clearanceFacts(target, traffic) {
   const mover = target?.callsign ? traffic?.movers.find((m) => m.callsign === target.callsign) : null;
@@ -85,6 +96,7 @@ export function clearanceFacts(target, traffic) {
   if (mover.held.length) rows.push(["Holds", `${mover.held.length} piece${mover.held.length > 1 ? "s" : ""} of the network`]);
   const why = waitText({ waits: mover.waits, wants: mover.wants });
   if (why) rows.push(["Why", why, "warn"]);
+  for (const [key, name, what] of TARGETS) if (Number.isFinite(mover.targets?.[key])) rows.push([name, `${mover.targets[key].toFixed(0)} s`, "", what]);
   if (runway) rows.push([`Runway ${runway.name}`, `${runway.owner ? `in use by ${runway.owner}` : "free"}, ${runway.queue} waiting`]);
   return rows;
 }
@@ -138,7 +150,7 @@ export class StripPanel {
     const times = Number.isFinite(s.timeS) ? this.time(s.timeS).slice(0, 5) : "";
     const button = element("button", [
       element("b", s.callsign), element("span", s.type), element("span", s.stand), element("span", s.runway), element("span", times),
-      element("small", [s.state, s.cleared.length ? ` \u00b7 ${s.cleared.join(", ")}` : "", waitText(s) ? ` \u00b7 ${waitText(s)}` : ""].join("")),
+      element("small", [s.state, s.cleared.length ? ` \u00b7 ${s.cleared.join(", ")}` : "", waitText(s) ? ` \u00b7 ${waitText(s)}` : "", s.targets ? ` \u00b7 ${targetText(s.targets, (t) => this.time(t).slice(0, 5))}` : ""].join("")),
       s.lateS ? element("em", `\u2212${Math.round(s.lateS / 60)} min`, { title: "Late against its calculated time" }) : null,
     ], { type: "button", class: "strip", "data-strip": s.callsign, "data-movement": s.movement, "aria-pressed": pressed });
     button.addEventListener("click", () => this.onPick(s));

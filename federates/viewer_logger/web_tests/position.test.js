@@ -9,7 +9,7 @@ import { paintPosition, runwayState } from "../web/position.js";
 import { Ground } from "../web/situation.js";
 import { targetFacts } from "../web/lists.js";
 import { labelLines } from "../web/traffic.js";
-import { baysOf, clearanceFacts, stripsOf, waitText } from "../web/strips.js";
+import { baysOf, clearanceFacts, stripsOf, targetText, waitText } from "../web/strips.js";
 
 const track = (number, callsign, x = 0, y = 0, more = {}) => ({ id: `t${number}`, number, callsign, x, y, vx: 0, vy: 0, altitudeM: null, type: "aircraft", movement: "arrival", ...more });
 const scanOf = (...tracks) => ({ tracks, truth: [], plots: [] });
@@ -156,4 +156,33 @@ test("labels and facts show the stand that control gave, not the planned one", (
   const movement = (given) => targetFacts(track, true, given).find(([name]) => name === "Movement")[1];
   assert.deepEqual([labelLines(track)[2], labelLines(track, "B_12")[2], labelLines({ ...track, runwayStand: "" }, "B_12")[2]], ["28/E 19", "28/B 12", undefined]);
   assert.deepEqual([movement(""), movement("B_12")], ["arrival 28/E 19", "arrival 28/B 12"]);
+});
+
+test("target times of a departure are on its strip and among its facts, those that it has", () => {
+  const mover = { callsign: "D1", phase: "parked", stand: "A_1", runway: "09", cleared: [], authority_m: [], planned_m: [], held: [], targets: { tobt_s: 60, tsat_s: 120, ttot_s: 660, ctot_s: null } };
+  const traffic = { movers: [mover], runways: [] };
+  const [strip] = stripsOf({ flights: [flight("D1", "departure", 900)], scan: scanOf(), traffic, ground: new Ground(AIRPORT), timeS: 30 });
+  assert.equal(targetText(strip.targets, String), "TOBT 60, TSAT 120, TTOT 660");
+  assert.equal(targetText(null, String), "");
+  const facts = clearanceFacts({ callsign: "D1" }, traffic).map(([name, value]) => `${name} ${value}`);
+  assert.deepEqual(facts.filter((f) => /T /.test(f)), ["TOBT 60 s", "TSAT 120 s", "TTOT 660 s"]);
+});
+
+test("greens, entry lights and take-off hold lights are drawn where they are lit, bars at their ends", () => {
+  const strokes = [];
+  let path = [];
+  const g = { setLineDash() {}, beginPath: () => { path = []; }, moveTo: (x, y) => path.push(["m", x, y]), lineTo: (x, y) => path.push(["l", x, y]), stroke() { strokes.push([this.strokeStyle, path]); } };
+  const cam = { toScreen: (x, y) => [x, y], scale: 1 }, c = { vehicle: "green", bar: "red", dim: "dim", select: "select" };
+  const light = (x, lit) => ({ runway: "09/27", ends_m: [[x, 0], [x, 9]], lit });
+  const said = {
+    lights: { bars: [], entries: [light(1, true), light(2, false)], holds: [light(3, true)] },
+    traffic: { movers: [], runways: [], greens: [{ callsign: "D1", segments: [1, 2], lines_m: [[[10, 0], [70, 0]], [[70, 0], [130, 0]]], bar_m: [[130, -5], [130, 5]] }] },
+  };
+  paintPosition(g, { airport: null, cam, c, layers: { alerts: true }, said, situation: null, scan: scanOf(), alerts: [], selected: null });
+  const drawn = (colour) => strokes.filter(([style]) => style === colour).flatMap(([, points]) => points.map(([, x, y]) => `${x},${y}`));
+  assert.deepEqual(drawn("green"), ["10,0", "70,0", "70,0", "130,0"]);
+  assert.deepEqual(drawn("red"), ["1,0", "1,9", "3,0", "3,9", "130,-5", "130,5"]);
+  strokes.length = 0;
+  paintPosition(g, { airport: null, cam, c, layers: { alerts: false }, said, situation: null, scan: scanOf(), alerts: [], selected: null });
+  assert.equal(strokes.length, 0, "with the layer of alerts and bars");
 });

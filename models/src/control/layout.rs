@@ -1,6 +1,7 @@
 //! The parts of an airport that the safety net looks at: runways as axes, where they cross, protected areas.
 
 use crate::airport::Airport;
+pub use crate::airport::{Area, AreaKind};
 use crate::frames::{Point2, Vector2};
 use crate::time::SimTime;
 use crate::traffic::network::{NetEdge, Network};
@@ -22,8 +23,8 @@ pub struct RunwayAxis {
     pub hold_m: f64,
     /// Displacement of the landing thresholds from the ends, m.
     pub displaced_m: [f64; 2],
-    /// Closed to all traffic.
-    pub closed: bool,
+    /// Closed to all traffic for these times: from, until.
+    pub closed: Vec<[SimTime; 2]>,
     /// Half width of the strip in steps of 50 m along the axis, left and right of it, m; empty: `hold_m`.
     pub strips_m: Vec<[f64; 2]>,
     /// From the ends to the holding position of those who enter along the axis, m; infinite where nobody does.
@@ -52,7 +53,7 @@ impl RunwayAxis {
             width_m,
             hold_m,
             displaced_m: [0.0; 2],
-            closed: false,
+            closed: Vec::new(),
             strips_m: Vec::new(),
             ends_held_m: [f64::INFINITY; 2],
         })
@@ -91,6 +92,12 @@ impl RunwayAxis {
         velocity_mps.x * self.along.y - velocity_mps.y * self.along.x
     }
 
+    /// Whether it is closed at a time.
+    #[must_use]
+    pub fn is_closed(&self, at: SimTime) -> bool {
+        self.closed.iter().any(|[from, until]| (*from..*until).contains(&at))
+    }
+
     /// Which end is called `name`.
     #[must_use]
     pub fn end(&self, name: &str) -> Option<usize> {
@@ -105,54 +112,6 @@ pub struct Crossing {
     pub runways: [usize; 2],
     /// Its place along each, m.
     pub places_m: [f64; 2],
-}
-
-/// Why an area is protected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AreaKind {
-    /// Closed.
-    Closed,
-    /// ILS critical or sensitive.
-    Ils,
-    /// Restricted.
-    Restricted,
-}
-
-impl AreaKind {
-    /// The kind of a word.
-    #[must_use]
-    pub fn of(word: &str) -> Option<Self> {
-        match word {
-            "closed" => Some(Self::Closed),
-            "ils" => Some(Self::Ils),
-            "restricted" => Some(Self::Restricted),
-            _ => None,
-        }
-    }
-}
-
-/// A protected area and its time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Area {
-    /// Why.
-    pub kind: AreaKind,
-    /// Outline, m, not closed.
-    pub outline_m: Vec<Point2<f64>>,
-    /// Protected from.
-    pub from: SimTime,
-    /// Protected until.
-    pub until: SimTime,
-}
-
-impl Area {
-    /// Whether a point lies inside at a time (even-odd rule).
-    #[must_use]
-    pub fn holds(&self, time: SimTime, point_m: Point2<f64>) -> bool {
-        if time < self.from || time >= self.until {
-            return false;
-        }
-        crate::airport::inside(&self.outline_m, point_m)
-    }
 }
 
 /// A stop bar across an entry.
@@ -177,6 +136,8 @@ pub struct Layout {
     pub runways: Vec<RunwayAxis>,
     /// Pairs that cross.
     pub crossings: Vec<Crossing>,
+    /// Protected areas.
+    pub areas: Vec<Area>,
     /// Stop bars, lit, at the holding positions of the ground network.
     pub bars: Vec<StopBar>,
     /// Places of the stands of the ground network, m.
@@ -208,9 +169,11 @@ impl Layout {
             let mut axis = RunwayAxis::new(r.names.clone(), r.ends_m, r.width_m, hold_m)?;
             let place = |end: usize| axis.place_m(r.thresholds_m[end]).0.clamp(0.0, length_m);
             axis.displaced_m = [place(0), length_m - place(1)];
+            axis.closed = airport.details.closed_runways(r).collect();
             (length_m >= 100.0).then_some(axis)
         };
         let mut layout = Self::new(airport.runways.iter().filter_map(axis).collect());
+        layout.areas.clone_from(&airport.details.areas);
         let places = || {
             let nodes = airport.nodes.iter().map(|n| n.position_m);
             nodes.chain(airport.stands.iter().map(|s| s.position_m))

@@ -88,6 +88,68 @@ pub fn switch(
     }
 }
 
+/// Lights that nobody switches: red before who would come onto a runway in use, or take off towards somebody.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunwayLights {
+    /// By stop bar of the layout: the entry lights behind it are lit.
+    pub entries: Vec<bool>,
+    /// By runway and end: the take-off hold lights of who begins there are lit.
+    pub holds: Vec<[bool; 2]>,
+}
+
+/// An arrival lights the entries of its runway from so long before its threshold on, s (assumed).
+const ENTRY_S: f64 = 45.0;
+/// Who is lined up stands on the runway within so far of its begin, m, slower than this, m/s (assumed: intersections too).
+const LINED_UP_M: f64 = 1200.0;
+const LINED_UP_MPS: f64 = 5.0;
+
+/// What the tracks of a scan light: entries while somebody is fast on the runway or on final to it, take-off hold lights while
+/// somebody is in the strip ahead of one who is lined up.
+#[must_use]
+pub fn runway_lights(layout: &Layout, board: &Board, surveillance: &Surveillance) -> RunwayLights {
+    let of_runways = || {
+        let all = surveillance.of_runways().iter();
+        all.filter_map(|i| surveillance.situations().get(*i as usize)).filter(|s| s.doubt.is_none())
+    };
+    let used = |r: usize| {
+        of_runways().any(|s| {
+            let lands = s.on_final.is_some_and(|f| f.runway == r && f.time_s <= ENTRY_S);
+            lands || s.fast == Some(r)
+        })
+    };
+    let in_use: Vec<bool> = (0..layout.runways.len()).map(used).collect();
+    let of_bar = |bar: &StopBar| in_use.get(bar.runway).copied().unwrap_or(false);
+    let holds = layout.runways.iter().enumerate().map(|(r, axis)| {
+        let inside = || of_runways().filter(move |s| s.in_strip(r) && !s.airborne);
+        [1.0, -1.0].map(|direction| {
+            let begin_m = if direction > 0.0 { 0.0 } else { axis.length_m };
+            let along_m =
+                |s: &Situation| (axis.place_m(s.target.position_m).0 - begin_m) * direction;
+            let lined_up = |s: &&Situation| {
+                let (_, across_m) = axis.place_m(s.target.position_m);
+                let end = usize::from(direction < 0.0);
+                let cleared =
+                    s.strip.and_then(|i| board.strips().get(i as usize)).is_some_and(|s| {
+                        s.on_runway(r).any(|c| {
+                            let takes_off =
+                                matches!(c.kind, ClearanceKind::LineUp | ClearanceKind::TakeOff);
+                            takes_off && c.runway.is_some_and(|(_, of)| of.is_none_or(|e| e == end))
+                        })
+                    });
+                cleared
+                    && across_m.abs() <= 0.5 * axis.width_m
+                    && along_m(s) <= LINED_UP_M
+                    && s.recent_mps < LINED_UP_MPS
+            };
+            inside().filter(lined_up).any(|own| {
+                let own_m = along_m(own);
+                inside().any(|s| s.target.number != own.target.number && along_m(s) > own_m)
+            })
+        })
+    });
+    RunwayLights { entries: layout.bars.iter().map(of_bar).collect(), holds: holds.collect() }
+}
+
 /// Whether a bar is off for one that is cleared since `cleared_s`: on its side, and the tail has not passed.
 fn before_bar(situation: &Situation, bar: &StopBar, layout: &Layout, cleared_s: f64) -> bool {
     let Some(runway) = layout.runways.get(bar.runway) else { return false };

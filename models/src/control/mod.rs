@@ -27,3 +27,4 @@ pub mod runway_choice;
 pub mod safety_net;
 pub mod scoring;
 pub mod situation;
+pub mod widths;

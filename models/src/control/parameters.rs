@@ -105,6 +105,8 @@ pub struct Parameters {
     pub information_s: f64,
     /// And an alarm.
     pub alarm_s: f64,
+    /// Procedures for low visibility are in force below this runway visual range, m (from memory).
+    pub low_visibility_m: f64,
     /// The same in low visibility.
     pub low_visibility_information_s: f64,
     /// The same in low visibility.
@@ -200,6 +202,12 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// Whether low visibility procedures are in force at a runway visual range, m.
+    #[must_use]
+    pub fn is_low(&self, visibility_m: f64) -> bool {
+        visibility_m < self.low_visibility_m
+    }
+
     /// Those for the tracks of a tracker.
     #[must_use]
     pub fn on_tracks() -> Self {
@@ -212,6 +220,7 @@ impl Default for Parameters {
         Self {
             information_s: 30.0,
             alarm_s: 15.0,
+            low_visibility_m: 550.0,
             low_visibility_information_s: 45.0,
             low_visibility_alarm_s: 30.0,
             fast_mps: 18.0,

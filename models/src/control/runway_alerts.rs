@@ -4,6 +4,7 @@ use super::alert::{AlertKind, Condition, Stage, Subject};
 use super::layout::{Layout, RunwayAxis};
 use super::parameters::Parameters;
 use super::situation::{Situation, Surveillance};
+use crate::time::SimTime;
 
 /// One on final to, or fast on, a runway: it uses all of it.
 struct User<'a> {
@@ -38,7 +39,7 @@ fn gravity(kind: AlertKind) -> u8 {
 pub(super) fn conditions(
     layout: &Layout,
     parameters: &Parameters,
-    low_visibility: bool,
+    (now, low_visibility): (SimTime, bool),
     surveillance: &Surveillance,
     out: &mut Vec<Condition>,
 ) {
@@ -50,7 +51,7 @@ pub(super) fn conditions(
         (0..layout.runways.len()).map(|r| users(layout, r, surveillance)).collect();
     for (r, runway) in layout.runways.iter().enumerate() {
         let inside = inside(runway, r, surveillance);
-        let scene = Scene { runway, r, parameters, low_visibility };
+        let scene = Scene { now, runway, r, parameters, low_visibility };
         for (i, user) in users[r].iter().enumerate() {
             scene.against_users(user, &users[r][i + 1..], &mut pairs);
             scene.against_inside(user, &inside, &mut pairs);
@@ -131,6 +132,7 @@ fn inside<'a>(runway: &RunwayAxis, r: usize, surveillance: &'a Surveillance) -> 
 }
 
 struct Scene<'a> {
+    now: SimTime,
     runway: &'a RunwayAxis,
     r: usize,
     parameters: &'a Parameters,
@@ -218,7 +220,7 @@ impl Scene<'_> {
     }
 
     fn closed(&self, k: &User<'_>, out: &mut Vec<Condition>) {
-        if self.runway.closed && k.final_s.is_none_or(|t| t <= self.times_s().0) {
+        if self.runway.is_closed(self.now) && k.final_s.is_none_or(|t| t <= self.times_s().0) {
             out.push(Condition {
                 kind: AlertKind::RunwayClosed,
                 subjects: (Subject::Track(k.situation.target.number), None),

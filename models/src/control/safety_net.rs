@@ -79,6 +79,12 @@ impl SafetyNet {
         &self.layout
     }
 
+    /// Its thresholds.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
     /// The situations of the last scan.
     #[must_use]
     pub fn surveillance(&self) -> &Surveillance {
@@ -98,7 +104,7 @@ impl SafetyNet {
         runway_alerts::conditions(
             layout,
             parameters,
-            scan.low_visibility,
+            (scan.now, scan.low_visibility),
             surveillance,
             conditions,
         );
@@ -281,7 +287,7 @@ fn of_moving(kind: AlertKind) -> bool {
 
 /// Kinds that begin at a line or a time that noise alone passes for one scan.
 fn of_a_line(kind: AlertKind) -> bool {
-    matches!(kind, AlertKind::StopBar | AlertKind::NoLandingClearance)
+    matches!(kind, AlertKind::StopBar | AlertKind::NoLandingClearance | AlertKind::Area)
 }
 
 #[cfg(test)]

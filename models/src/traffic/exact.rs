@@ -3,13 +3,15 @@
 //! Exact positions of a core's movers in the form of tracks, its clearances on a board, once a scan.
 
 use super::core::{Core, Direction};
+use super::network::code_of_span;
 use crate::control::alert::{Alert, Change};
 use crate::control::clearance::{Board, Clearance, ClearanceKind};
-use crate::control::layout::{Layout, StopBar};
+use crate::control::layout::{Area, Layout, StopBar};
 use crate::control::lights::{self, Failed};
 use crate::control::parameters::Parameters;
 use crate::control::safety_net::{SafetyNet, Scan};
 use crate::control::situation::{Target, TargetClass};
+use crate::control::widths::{runway_is_narrow, way_is_narrow};
 use crate::frames::{Point2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
@@ -23,6 +25,9 @@ pub struct Watch {
     taken: usize,
     open: Vec<usize>,
     bars: Vec<StopBar>,
+    areas: Vec<Area>,
+    /// Visibility from a time on, m, in the order of time; before the first it is clear.
+    visibility_m: Vec<(SimTime, f64)>,
 }
 
 impl Watch {
@@ -30,8 +35,16 @@ impl Watch {
     #[must_use]
     pub fn new(layout: Layout, parameters: Parameters, with_bars: bool) -> Self {
         let bars = if with_bars { layout.bars.clone() } else { Vec::new() };
+        let areas = layout.areas.clone();
         let net = SafetyNet::new(layout, parameters);
-        Self { net, board: Board::default(), taken: 0, open: Vec::new(), bars }
+        let board = Board::default();
+        Self { net, board, taken: 0, open: Vec::new(), bars, areas, visibility_m: Vec::new() }
+    }
+
+    /// The same in a weather: visibility from a time on, m, in the order of time.
+    #[must_use]
+    pub fn in_visibility(self, visibility_m: Vec<(SimTime, f64)>) -> Self {
+        Self { visibility_m, ..self }
     }
 
     /// The net.
@@ -76,6 +89,15 @@ impl Watch {
                 if kind == ClearanceKind::Taxi && strip.way_m.len() != way.len() {
                     strip.way_m = way.to_vec();
                 }
+                if kind == ClearanceKind::Taxi {
+                    let (network, flight) = (core.network(), &core.flights()[c.flight]);
+                    let code = code_of_span(flight.size.span_m);
+                    let name = &network.runways[flight.runway.0].names[flight.runway.1];
+                    let axis = self.net.layout().runway(name).map(|r| r.0);
+                    let axis = axis.and_then(|r| self.net.layout().runways.get(r));
+                    strip.too_small = axis.is_some_and(|axis| runway_is_narrow(axis, code))
+                        || way_is_narrow(network, code, way);
+                }
             }
         }
         self.taken = core.clearances().len();
@@ -110,13 +132,16 @@ impl Watch {
             &self.board,
             self.net.surveillance(),
         );
+        let at = self.visibility_m.partition_point(|(from, _)| *from <= now);
+        let visibility_m = at.checked_sub(1).map_or(f64::INFINITY, |at| self.visibility_m[at].1);
+        let low_visibility = self.net.parameters().is_low(visibility_m);
         self.net.scan(&Scan {
             now,
             targets,
             board: &self.board,
             bars: &self.bars,
-            areas: &[],
-            low_visibility: false,
+            areas: &self.areas,
+            low_visibility,
         })
     }
 }

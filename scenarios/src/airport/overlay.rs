@@ -1,6 +1,6 @@
 //! What no layout file says of an airport, or says wrongly: a TOML file beside it (`[airport] overlay`).
 //!
-//! Tables and keys: [`keys::OVERLAY`]. Applied in the order hold, edge, taxiway, stand, closed, runways, before the network is
+//! Tables and keys: [`keys::OVERLAY`]. Applied in the order hold, edge, taxiway, stand, closed, area, runways, before the network is
 //! made; each row says in the report what it did. Names are those of `seeds airport nodes`.
 
 use super::AirportScene;
@@ -8,9 +8,11 @@ use crate::document::{Section, one_of, within};
 use crate::error::{Problem, ScenarioError};
 use crate::keys;
 use models::airport::{
-    Airport, Edge, EdgeDetail, Hold, Node, StandDetail, distance_to_segment_m, inside,
+    Airport, Area, AreaKind, Edge, EdgeDetail, Hold, Node, StandDetail, distance_to_segment_m,
+    inside,
 };
 use models::frames::Point2;
+use models::time::SimTime;
 use std::path::Path;
 
 /// A place given for a holding position lies so near to a taxiway, m.
@@ -47,6 +49,9 @@ pub(super) fn apply(scene: &mut AirportScene, file: &Path) -> Result<(), Scenari
     }
     for row in rows("closed")? {
         said.push(closed(scene, &row)?);
+    }
+    for row in rows("area")? {
+        said.push(area(scene, &row)?);
     }
     if let Some(row) = root.section("runways", &keys::overlay_words("runways"))? {
         said.extend(runways(&mut scene.layout, &row)?);
@@ -253,26 +258,26 @@ fn stand(layout: &mut Airport, row: &Section) -> Result<String, ScenarioError> {
 
 /// Nobody uses these for the whole run.
 fn closed(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioError> {
-    let given = ["taxiway", "edge", "stand", "area"].into_iter().filter(|k| row.has(k)).count();
+    let all = ["taxiway", "edge", "stand", "area", "runway"];
+    let given = all.into_iter().filter(|k| row.has(k)).count();
     if given != 1 {
-        let needed = "one of taxiway, edge, stand, area".into();
+        let needed = "one of taxiway, edge, stand, area, runway".into();
         return Err(
             row.refuse("taxiway", Problem::WrongKind { found: format!("{given} of them"), needed })
         );
+    }
+    if let Some(name) = row.text("runway")? {
+        return closed_runway(&mut scene.layout, row, name);
+    }
+    if let Some(key) = ["from_s", "until_s"].into_iter().find(|key| row.has(key)) {
+        let needed = "only with runway: what else is closed is closed for the whole run".into();
+        return Err(row.refuse(key, Problem::WrongKind { found: "a time".into(), needed }));
     }
     let (mut edges, mut stands) = (Vec::new(), Vec::new());
     if let Some(name) = row.text("stand")? {
         stands.push(stand_named(&scene.layout, row, "stand", name)?);
     } else if row.has("area") {
-        let corners = row.sections("area", &keys::place_words())?;
-        let corners: Vec<Point2<f64>> =
-            corners.iter().map(|c| scene.site(c).map(|p| p.xy())).collect::<Result<_, _>>()?;
-        if corners.len() < 3 {
-            let found = format!("{} corners", corners.len());
-            return Err(
-                row.refuse("area", Problem::WrongKind { found, needed: "3 at least".into() })
-            );
-        }
+        let corners = outline_m(scene, row, "area")?;
         let layout = &scene.layout;
         let touched = |e: &Edge| {
             let [a, b] = [layout.nodes[e.from].position_m, layout.nodes[e.to].position_m];
@@ -282,6 +287,13 @@ fn closed(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioErr
         edges.extend((0..layout.edges.len()).filter(|e| touched(&layout.edges[*e])));
         let within = |s: &usize| inside(&corners, layout.stands[*s].position_m);
         stands.extend((0..layout.stands.len()).filter(within));
+        let times = (SimTime(i64::MIN), SimTime(i64::MAX));
+        scene.layout.details.areas.push(Area {
+            kind: AreaKind::Closed,
+            outline_m: corners,
+            from: times.0,
+            until: times.1,
+        });
     } else {
         edges = edges_meant(&scene.layout, row, "taxiway")?;
     }
@@ -290,6 +302,58 @@ fn closed(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioErr
     keep(&mut layout.stands, &stands);
     keep(&mut layout.details.stands, &stands);
     Ok(format!("{} edges and {} stands closed", edges.len(), stands.len()))
+}
+
+/// The corners of a place, m.
+fn outline_m(
+    scene: &AirportScene,
+    row: &Section,
+    key: &str,
+) -> Result<Vec<Point2<f64>>, ScenarioError> {
+    let corners = row.sections(key, &keys::place_words())?;
+    let corners: Vec<Point2<f64>> =
+        corners.iter().map(|c| scene.site(c).map(|p| p.xy())).collect::<Result<_, _>>()?;
+    if corners.len() < 3 {
+        let found = format!("{} corners", corners.len());
+        return Err(row.refuse(key, Problem::WrongKind { found, needed: "3 at least".into() }));
+    }
+    Ok(corners)
+}
+
+/// From when and until when a row holds.
+fn times(row: &Section) -> Result<[SimTime; 2], ScenarioError> {
+    let from_s = row.number_or("from_s", 0.0, within(0.0, 1e6, "s"))?;
+    let until_s = row.number("until_s", within(0.0, 1e6, "s"))?;
+    if let Some(until_s) = until_s.filter(|until_s| *until_s <= from_s) {
+        let (found, needed) = (format!("{until_s}"), format!("a time after from_s = {from_s}"));
+        return Err(row.refuse("until_s", Problem::WrongKind { found, needed }));
+    }
+    Ok([SimTime::from_s(from_s), until_s.map_or(SimTime(i64::MAX), SimTime::from_s)])
+}
+
+/// A runway that is closed for a time.
+fn closed_runway(layout: &mut Airport, row: &Section, name: &str) -> Result<String, ScenarioError> {
+    let ends = || layout.runways.iter().flat_map(|r| r.names.iter().map(String::as_str));
+    if !ends().any(|end| end == name) {
+        return Err(unknown(row, "runway", name, &ends().collect::<Vec<_>>()));
+    }
+    layout.details.closures.push((name.to_owned(), times(row)?));
+    Ok(format!("runway {name} is closed for a time"))
+}
+
+/// Ground that is protected for a time.
+fn area(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioError> {
+    let kinds = [
+        ("closed", AreaKind::Closed),
+        ("ils", AreaKind::Ils),
+        ("restricted", AreaKind::Restricted),
+    ];
+    let kind = row.choice("kind", &kinds)?;
+    let kind =
+        kind.ok_or_else(|| row.missing("kind", "why it is protected, like \"ils\"".into()))?;
+    let (outline_m, [from, until]) = (outline_m(scene, row, "corners")?, times(row)?);
+    scene.layout.details.areas.push(Area { kind, outline_m, from, until });
+    Ok(format!("an area is {}", row.text("kind")?.unwrap_or_default()))
 }
 
 fn keep<T>(list: &mut Vec<T>, without: &[usize]) {

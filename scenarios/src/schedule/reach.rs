@@ -16,6 +16,8 @@ pub(super) struct Ground<'a> {
     /// The weather at the begin of the run, and the worst of it: surfaces wet, the thinnest air.
     day: Day,
     worst: Day,
+    /// By runway: closed to the end of the run.
+    closed: Vec<bool>,
     arcs: Arcs,
     /// By node: arcs that reach it, not from stands.
     entering: Vec<Vec<usize>>,
@@ -24,7 +26,7 @@ pub(super) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn of(network: &'a Network, days: &[(f64, Day)]) -> Self {
+    pub(super) fn of(network: &'a Network, days: &[(f64, Day)], closed: Vec<bool>) -> Self {
         let day = days.first().map_or(Day::default(), |d| d.1);
         let worst = days.iter().fold(day, |worst, (_, day)| Day {
             wet: worst.wet || day.wet,
@@ -40,7 +42,7 @@ impl<'a> Ground<'a> {
         }
         let lane = |node: Option<usize>| node.map_or(Vec::new(), |n| lane_arcs(network, &arcs, n));
         let lanes = network.stands.iter().map(|s| lane(s.node)).collect();
-        Self { network, day, worst, arcs, entering, lanes }
+        Self { network, day, worst, closed, arcs, entering, lanes }
     }
 }
 
@@ -240,6 +242,9 @@ pub(super) fn default_ends(
         strip.filter(|e| e.nodes.iter().all(|n| network.nodes[*n].used)).count()
     };
     let mut order: Vec<usize> = (0..network.runways.len()).filter(|r| exits(*r) > 0).collect();
+    if order.iter().any(|r| !ground.closed[*r]) {
+        order.retain(|r| !ground.closed[*r]);
+    }
     order.sort_by_key(|r| (std::cmp::Reverse(exits(*r)), *r));
     let crosses = |a: usize, b: usize| {
         let spine = |r: usize| network.runways[r].spine.iter().map(|(_, n)| *n);

@@ -435,7 +435,15 @@ mod tests {
     use crate::flight_list::WakeCategory;
 
     fn departing(flight: u32, wake: WakeCategory, exot_s: f64) -> Departing {
-        Departing { flight, runway: 0, wake: wake.into(), tobt_s: 0.0, exot_s, stand_wanted_s: None, ctot_s: None }
+        Departing {
+            flight,
+            runway: 0,
+            wake: wake.into(),
+            tobt_s: 0.0,
+            exot_s,
+            stand_wanted_s: None,
+            ctot_s: None,
+        }
     }
 
     fn pushes(flights: impl Iterator<Item = u32>) -> Vec<Wanted> {

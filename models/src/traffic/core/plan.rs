@@ -143,7 +143,11 @@ impl Core {
         let r = self.flights[m].runway.0;
         let fixed = landing;
         if leaves {
-            runways.push((mover.threshold as usize, r, self.slot_s(m).max(self.flights[m].wake.usual_gap_s())));
+            runways.push((
+                mover.threshold as usize,
+                r,
+                self.slot_s(m).max(self.flights[m].wake.usual_gap_s()),
+            ));
         }
         let zeros = vec![0.0; count];
         Timing {
