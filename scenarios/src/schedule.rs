@@ -9,6 +9,7 @@ mod reach;
 mod stands;
 pub(crate) mod table;
 pub(crate) mod vehicles;
+mod wake;
 
 use crate::airport::AirportScene;
 use crate::control::{Sees, Separation};
@@ -18,8 +19,8 @@ use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;
+pub(crate) use flights::flight_of;
 pub(crate) use flights::wheelbase_m;
-pub(crate) use flights::{flight_of, wake_of};
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
 use models::flight_list::{FlightEntry, MovementKind};
@@ -38,6 +39,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use table::{rows_of, scheduled};
+pub(crate) use wake::wake_of;
 
 /// Flights of a scene that behave, and what they move on.
 #[derive(Clone, Debug, PartialEq)]

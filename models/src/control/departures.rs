@@ -44,8 +44,6 @@ pub struct Habits {
     pub again_s: f64,
     /// Those of the plan who leave within this have a place in the sequence, s.
     pub ahead_s: f64,
-    /// Between take-offs where nothing was observed, s.
-    pub interval_s: f64,
 }
 
 impl Default for Habits {
@@ -58,7 +56,6 @@ impl Default for Habits {
             stand_before_s: 180.0,
             again_s: 60.0,
             ahead_s: 900.0,
-            interval_s: 90.0,
         }
     }
 }
@@ -92,15 +89,11 @@ enum Stage {
 struct Runway {
     /// The last take-off, s, and by whom.
     last: Option<(f64, usize)>,
-    /// Somebody else stood at the line then.
-    waited: bool,
-    /// The last times between take-offs before which somebody waited, s.
-    intervals_s: Vec<f64>,
     /// How many times as long as expected the last ones took to the line.
     factors: Vec<f64>,
 }
 
-/// Times between take-offs, and ways to the line, that are averaged.
+/// Ways to the line that are averaged.
 const AVERAGED: usize = 5;
 
 /// The mean of the last ones; `usual` before two were seen.
@@ -174,7 +167,6 @@ impl Departures {
     pub fn at_line(&mut self, flight: u32, at_s: f64) {
         let Some(at) = self.places.get(&flight).copied() else { return };
         let runway = self.runways.entry(self.all[at].runway).or_default();
-        runway.waited = true;
         if let Stage::UnderWay(since_s) = self.stages[at] {
             let factor = (at_s - since_s) / self.all[at].exot_s.max(1.0);
             keep_last(&mut runway.factors, factor.clamp(0.7, 4.0));
@@ -189,10 +181,7 @@ impl Departures {
             return;
         }
         let runway = self.runways.entry(self.all[at].runway).or_default();
-        if let Some((before_s, _)) = runway.last.filter(|_| runway.waited) {
-            keep_last(&mut runway.intervals_s, (at_s - before_s).clamp(60.0, 300.0));
-        }
-        (runway.last, runway.waited) = (Some((at_s, at)), false);
+        runway.last = Some((at_s, at));
     }
 
     /// Makes the sequences anew where it is time.
@@ -228,11 +217,8 @@ impl Departures {
     fn plan(&mut self, now_s: f64, runway: usize) {
         let habits = self.habits;
         let observed = &self.runways[&runway];
-        let rules = Rules {
-            icao: habits.icao,
-            same_way_s: mean_or(&observed.intervals_s, habits.interval_s),
-            ..Rules::default()
-        };
+        // By wakes alone: with what lies between take-offs in fact, runways that starve would look slow, and starve more.
+        let rules = Rules { icao: habits.icao, same_way_s: 0.0, ..Rules::default() };
         let factor = mean_or(&observed.factors, 1.0);
         let departure = |at: usize, ready_s: f64| {
             let d = &self.all[at];
@@ -304,7 +290,7 @@ mod tests {
 
     fn manager(shift: usize, all: &[Departing]) -> Departures {
         // Take-offs one behind the other as their wakes let them.
-        let habits = Habits { shift, interval_s: 60.0, ..Habits::default() };
+        let habits = Habits { shift, ..Habits::default() };
         let mut manager = Departures::new(habits, all.to_vec());
         for d in all {
             manager.asks(d.flight, d.tobt_s);
@@ -356,7 +342,7 @@ mod tests {
     #[test]
     fn those_under_way_keep_their_take_offs_and_the_others_come_behind() {
         let all: Vec<Departing> = (0..4).map(|f| departing(f, Medium, 0.0)).collect();
-        let mut manager = Departures::new(Habits { interval_s: 60.0, ..Habits::default() }, all);
+        let mut manager = Departures::new(Habits::default(), all);
         manager.pushed(3, 0.0);
         manager.asks(0, 10.0);
         manager.scan(10.0);

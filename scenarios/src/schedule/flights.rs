@@ -1,11 +1,9 @@
 //! What a type of aircraft says of a flight: size, speeds, runs, fuel.
 
-use crate::control::Separation;
 use crate::types::TypeRow;
 use models::flight_list::WakeCategory;
 use models::traffic::core::{Direction, Flight};
 use models::traffic::outline::Size;
-use models::wake::{Recat, Wake};
 
 /// What a type says of a flight.
 pub(crate) fn flight_of(row: &TypeRow) -> Flight {
@@ -35,26 +33,6 @@ pub(crate) fn flight_of(row: &TypeRow) -> Flight {
         idle_kg_per_s: idle_kg_per_s(&class.designator),
         key: 0,
     }
-}
-
-/// Its wake, and the category by which a scene separates it.
-pub(crate) fn wake_of(row: &TypeRow, by: Separation) -> Wake {
-    let icao = row.wake.unwrap_or(WakeCategory::Medium);
-    let known = || recat_of(&row.class.designator).unwrap_or_else(|| Recat::like(icao));
-    Wake { icao, recat: (by == Separation::RecatEu).then(known) }
-}
-
-/// European wake category of a type (RECAT-EU 1.1, from memory).
-fn recat_of(designator: &str) -> Option<Recat> {
-    Some(match designator {
-        "A388" => Recat::A,
-        "A332" | "A333" | "A359" | "B744" | "B77W" | "B788" | "B789" => Recat::B,
-        "B763" => Recat::C,
-        "A319" | "A20N" | "A320" | "A321" | "B737" | "B738" | "B38M" | "B752" => Recat::D,
-        "E190" | "CRJ9" | "E145" | "AT75" | "DH8D" => Recat::E,
-        "C550" | "C172" => Recat::F,
-        _ => return None,
-    })
 }
 
 /// Runs of a type where `types.csv` knows none.
