@@ -7,6 +7,7 @@ use models::control::advice::Picture;
 use models::traffic::ahead::{
     AHEAD_S, Airport, Answer, Change, Direction, Flight, MEASURES, Moment, perceive,
 };
+use models::traffic::core::Day;
 use models::traffic::network::Network;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -43,6 +44,8 @@ pub(super) struct LookAhead {
     /// Made when it is needed first.
     airport: Arc<OnceLock<Airport>>,
     seed: u64,
+    /// The weather that was told last.
+    pub(super) day: Day,
     /// When the last ones were asked, s of the run.
     times_s: VecDeque<f64>,
     waiting: VecDeque<Arc<Question>>,
@@ -65,6 +68,7 @@ impl LookAhead {
             on_tracks,
             airport: Arc::default(),
             seed,
+            day: Day::default(),
             times_s: VecDeque::new(),
             waiting: VecDeque::new(),
             at_work: None,
@@ -90,8 +94,9 @@ impl LookAhead {
         let flight = self.flights.iter().position(of);
         let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))?;
         let change = self.change(flight as u32, words)?;
-        let moment =
+        let mut moment =
             perceive(picture.known, &self.network, &self.flights, picture.frame, self.seed);
+        moment.day = self.day;
         moment
             .can(&self.network, &self.flights, change)
             .map_err(|why| format!("{callsign} {why}"))?;

@@ -14,6 +14,7 @@ use crate::exchange::driven;
 use crate::exchange::flights::flight_list;
 use crate::exchange::repeated::Repeated;
 use crate::exchange::seats::{seat_facts, seat_values};
+use crate::exchange::weather_notice::day_of;
 use crate::federation::{closes_loop, is_front_end, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;
@@ -132,7 +133,12 @@ impl Control {
                         }
                     }
                 }
-                Notice::Weather(weather) => self.visibility_m = weather.visibility_m,
+                Notice::Weather(weather) => {
+                    self.visibility_m = weather.visibility_m;
+                    if let Some(seats) = &mut self.seats {
+                        seats.weather(day_of(weather));
+                    }
+                }
                 Notice::Wants { share, wants } => {
                     if let Some(seats) = &mut self.seats {
                         seats.take(*share, wants);

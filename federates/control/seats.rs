@@ -21,6 +21,7 @@ use models::control::safety_net::SafetyNet;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::ahead::{Flight, Known};
+use models::traffic::core::Day;
 use models::traffic::network::Network;
 use scenarios::control::HumanSeats;
 use serde_json::json;
@@ -120,6 +121,11 @@ impl Seats {
             messages: 0,
             samples: 0,
         }
+    }
+
+    /// The weather from now on: who looks ahead takes it to stay.
+    pub(super) fn weather(&mut self, day: Day) {
+        self.look_ahead.day = day;
     }
 
     /// The same with advice for these departures.

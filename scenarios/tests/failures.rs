@@ -226,7 +226,7 @@ fn equipment_fails_by_rate_and_bars_only_where_they_are_in_use() {
         })
         .collect();
     let count = |factor: f64, bars: bool, kind: FailureKind| {
-        let drawn = drawn_failures(&flights, 9, factor, bars);
+        let drawn = drawn_failures(&flights, 9, factor, (bars, false));
         drawn.iter().filter(|f| f.kind == kind).count()
     };
     // 4 000 at 0.05, and about half of them at 0.005: within four standard deviations.
@@ -237,7 +237,7 @@ fn equipment_fails_by_rate_and_bars_only_where_they_are_in_use() {
     assert_eq!(count(50.0, false, FailureKind::StopBar), 0);
     assert_eq!(count(0.0, true, FailureKind::Transponder), 0);
     let ids = |factor: f64| -> Vec<String> {
-        drawn_failures(&flights, 9, factor, true).into_iter().map(|f| f.id).collect()
+        drawn_failures(&flights, 9, factor, (true, false)).into_iter().map(|f| f.id).collect()
     };
     let (few, many) = (ids(10.0), ids(20.0));
     assert!(few.iter().all(|id| many.contains(id)), "a larger factor keeps those of a smaller one");
