@@ -5,9 +5,8 @@
 
 use models::control::advice::Picture;
 use models::traffic::ahead::{
-    AHEAD_S, Airport, Answer, Change, Direction, Flight, MEASURES, Moment, perceive,
+    AHEAD_S, Airport, Answer, Change, Day, Direction, Flight, MEASURES, Moment, perceive,
 };
-use models::traffic::core::Day;
 use models::traffic::network::Network;
 use serde_json::{Value, json};
 use std::collections::VecDeque;

@@ -1,7 +1,7 @@
 //! What control tells those who hear DIS: the state of its lights, and its alerts.
 //!
 //! Lights: an Environmental Process with one private record of type [`LIGHTS`]: count (u16), then of each light its number (u16) and its
-//! state (u8: 0 dark, 1 lit, 2 dark and failed, 3 lit and failed). Numbers count the lights as `control/1/lights` lists them: stop bars, entry
+//! state (u8: 0 dark, 1 lit, 2 dark and failed, 3 lit and failed), zeros to a multiple of eight octets. Numbers count the lights as `control/1/lights` lists them: stop bars, entry
 //! lights, take-off hold lights; those of the taxiways are a process of their own.
 //! An alert: an Event Report with [`ALERT`] as its event, fixed datums kind, stage, change, number and one for each subject that is an
 //! entity of the scene (its application and entity number), and its kind and subjects in words as a variable datum.
@@ -81,6 +81,7 @@ pub fn lights(
             content.extend(number.to_be_bytes());
             content.push(u8::from(light.lit) + 2 * u8::from(light.failed));
         }
+        content.resize(content.len().next_multiple_of(8), 0);
         let record = EnvironmentRecord {
             record_type: EnvironmentRecordType(LIGHTS),
             index: 0,

@@ -38,10 +38,7 @@ fn flown(
     std::fs::write(&scene, text).expect("a scene");
     let record = folder.file(&format!("{name}.pcapng"));
     let ports = Ports::new();
-    let output = finish(run(
-        &ports,
-        &[&scene, "--fast", "--no-viewer", "--in-process", "--record", &record],
-    ));
+    let output = finish(run(&ports, &[&scene, "--fast", "--no-viewer", "--record", &record]));
     assert_eq!(output.status.code(), Some(0), "{name}: {}", stderr(&output));
     Connection::open(folder.file(&format!("{name}.sqlite"))).expect("a database")
 }

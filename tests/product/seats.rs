@@ -94,7 +94,7 @@ fn an_empty_seat_of_a_person_clears_nobody_until_its_model_may_take_it() {
     let taxis = |name: &str, rest: &str| {
         let scene = scene(&folder, name, &format!("sees = \"truth\"\n{rest}"));
         let record = folder.file(&format!("{name}.pcapng"));
-        digest(&scene, &["--in-process", "--record", &record]);
+        digest(&scene, &["--record", &record]);
         let log =
             rusqlite::Connection::open(folder.file(&format!("{name}.sqlite"))).expect("a database");
         let first = "SELECT min(time_ns) FROM clearances WHERE kind = 'TAX' AND seat = 'ground'";

@@ -119,6 +119,8 @@ struct Label {
     late: u32,
     delay_s: f64,
     at_s: f64,
+    /// Places between where all so far are and where they were, in sum.
+    moved: u32,
     last: u16,
     parent: u32,
 }
@@ -134,7 +136,7 @@ pub fn first_come(flights: &[Departure], rules: &Rules) -> Vec<usize> {
 }
 
 /// The best sequence in which no flight is more than `most_shift` places from its place in `flights` (`None`: anywhere); see [`first_come`].
-/// `before`: the take-off before the first.
+/// `before`: the take-off before the first. Of sequences that are equal to the microsecond that in which fewest change places.
 ///
 /// # Errors
 /// If the shift is more than [`MOST_SHIFT`].
@@ -178,12 +180,13 @@ pub fn best(
                     let at_s = rules.take_off_s(last, flight);
                     let late =
                         u32::from(flight.ctot_s.is_some_and(|c| at_s > c + rules.slot_after_s));
-                    let (late_before, delay_before) =
-                        from.map_or((0, 0.0), |(_, l)| (l.late, l.delay_s));
+                    let (late_before, delay_before, moved_before) =
+                        from.map_or((0, 0.0, 0), |(_, l)| (l.late, l.delay_s, l.moved));
                     let label = Label {
                         late: late_before + late,
                         delay_s: delay_before + (at_s - flight.ready_s),
                         at_s,
+                        moved: moved_before + place.abs_diff(index) as u32,
                         last: index as u16,
                         parent: from.map_or(u32::MAX, |(i, _)| i),
                     };
@@ -229,13 +232,26 @@ pub fn best(
 }
 
 fn order(a: &Label, b: &Label) -> std::cmp::Ordering {
-    a.late.cmp(&b.late).then(a.delay_s.total_cmp(&b.delay_s)).then(a.at_s.total_cmp(&b.at_s))
+    a.late
+        .cmp(&b.late)
+        .then(whole_us(a.delay_s).total_cmp(&whole_us(b.delay_s)))
+        .then(whole_us(a.at_s).total_cmp(&whole_us(b.at_s)))
+        .then(a.moved.cmp(&b.moved))
+}
+
+/// Sums in another order differ in their last bits: what is equal to the microsecond is equal.
+fn whole_us(s: f64) -> f64 {
+    (s * 1e6).round()
 }
 
 /// Adds a label unless one that is nowhere worse is there; removes those that it beats.
 fn keep(labels: &mut Vec<Label>, new: Label) {
-    let beats =
-        |a: &Label, b: &Label| a.late <= b.late && a.delay_s <= b.delay_s && a.at_s <= b.at_s;
+    // Of equal ones that with the fewer moved: nobody changes places for nothing.
+    let beats = |a: &Label, b: &Label| {
+        let [(da, ta), (db, tb)] = [a, b].map(|l| (whole_us(l.delay_s), whole_us(l.at_s)));
+        let equal = a.late == b.late && da == db && ta == tb;
+        a.late <= b.late && da <= db && ta <= tb && (!equal || a.moved <= b.moved)
+    };
     if labels.iter().any(|l| beats(l, &new)) {
         return;
     }
@@ -289,15 +305,29 @@ mod tests {
             let mut least: Option<(u32, f64, f64)> = None;
             all_orders(flights.len(), k, &mut Vec::new(), &mut |order| {
                 let s = in_order(&flights, order, before, &rules);
-                let cost = (s.late, s.delay_s, s.makespan_s());
+                let cost = (s.late, whole_us(s.delay_s), whole_us(s.makespan_s()));
                 if least.is_none_or(|l| cost < l) {
                     least = Some(cost);
                 }
             });
             let least = least.expect("the order of coming is one");
             prop_assert_eq!(found.late, least.0);
-            prop_assert!((found.delay_s - least.1).abs() < 1e-9);
-            prop_assert!((found.makespan_s() - least.2).abs() < 1e-9);
+            // Compared in whole microseconds, as sums in another order differ in their last bits.
+            prop_assert!((1e6 * found.delay_s - least.1).abs() < 2.0);
+            prop_assert!((1e6 * found.makespan_s() - least.2).abs() < 2.0);
+        }
+    }
+
+    /// Equal ones keep their order: any order of them costs the same.
+    #[test]
+    fn nobody_changes_places_for_nothing() {
+        let flight = |ready_s| Departure { ready_s, recat: Recat::D, way: Some(0), ctot_s: None };
+        for ready_s in [0.0, 410.0, 7.3] {
+            let flights = [flight(ready_s); 9];
+            for k in 1..5 {
+                let found = best(&flights, Some(k), None, &Rules::default());
+                assert_eq!(found.expect("within").order, (0..9).collect::<Vec<_>>(), "{k}");
+            }
         }
     }
 

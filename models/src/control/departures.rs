@@ -93,6 +93,9 @@ struct Runway {
     factors: Vec<f64>,
 }
 
+/// Nobody waits longer at the line on purpose, s for each in the queue: who has a slot waits on his stand (assumed).
+const QUEUES_S: f64 = 90.0;
+
 /// Ways to the line that are averaged.
 const AVERAGED: usize = 5;
 
@@ -259,7 +262,8 @@ impl Departures {
         for (place, (at, ttot_s)) in take_offs.iter().enumerate() {
             let d = &self.all[*at];
             // What the queue before it takes is waited for at the line.
-            let wait_s = ttot_s - take_offs[place.saturating_sub(habits.queue)].1;
+            let most_s = habits.queue as f64 * QUEUES_S;
+            let wait_s = (ttot_s - take_offs[place.saturating_sub(habits.queue)].1).min(most_s);
             let known = self.targets[*at].map_or(d.tobt_s, |t| t.tsat_s);
             let tsat_s = match self.stages[*at] {
                 Stage::Stand | Stage::Asks(_) => d.tobt_s.max(ttot_s - factor * d.exot_s - wait_s),

@@ -5,10 +5,10 @@
 
 mod perceive;
 
-pub use crate::traffic::core::{Direction, Flight, OnGround, Seen, class_of};
+pub use crate::traffic::core::{Day, Direction, Flight, OnGround, Seen, class_of};
 pub use perceive::{Known, perceive, stand_of};
 
-use crate::traffic::core::{Core, Day, Phase};
+use crate::traffic::core::{Core, Phase};
 use crate::traffic::network::Network;
 use crate::traffic::pieces::Pieces;
 use std::sync::Arc;
