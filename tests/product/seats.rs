@@ -97,7 +97,8 @@ fn an_empty_seat_of_a_person_clears_nobody_until_its_model_may_take_it() {
         digest(&scene, &["--record", &record]);
         let log =
             rusqlite::Connection::open(folder.file(&format!("{name}.sqlite"))).expect("a database");
-        let first = "SELECT min(time_ns) FROM clearances WHERE kind = 'TAX' AND seat = 'ground'";
+        // Who has landed taxies on by his plan and asks nobody.
+        let first = "SELECT min(time_ns) FROM clearances WHERE kind = 'TAX' AND seat = 'ground' AND callsign LIKE 'GD%'";
         let first: Option<i64> = log.query_row(first, [], |row| row.get(0)).expect("a row");
         (
             first.map(|ns| ns / 1_000_000_000),
@@ -107,7 +108,8 @@ fn an_empty_seat_of_a_person_clears_nobody_until_its_model_may_take_it() {
     let (model_s, pushes) = taxis("model", "");
     assert!(model_s.is_some() && pushes >= 2, "{model_s:?} {pushes}");
     let (human_s, pushes) = taxis("human", "seats = { ground = \"human\" }");
-    assert!(human_s.is_none() && pushes >= 2, "the others go on: {human_s:?} {pushes}");
+    // Who is pushed back and waits for his taxi clearance is in the way of the next one.
+    assert!(human_s.is_none() && pushes >= 1, "the others go on: {human_s:?} {pushes}");
     let (back_s, _) = taxis("fallback", "seats = { ground = \"human\" }\nfallback = true");
     assert!(back_s.is_some_and(|s| s >= 30), "{back_s:?}");
     let (nobody_s, pushes) = taxis("apron", "seats = { apron = \"human\", tower = \"human\" }");
