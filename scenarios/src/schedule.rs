@@ -1,6 +1,7 @@
 //! `[[traffic]] kind = "schedule"` and `"generated"`: flights that behave, from a table or from rates.
 
 mod drawn;
+mod ends;
 mod flights;
 mod generated;
 pub mod handover;
@@ -19,6 +20,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;
+pub(crate) use ends::TO_THE_END_S;
 pub(crate) use flights::flight_of;
 pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};

@@ -1,7 +1,8 @@
 //! The weather reaches movers: water, fog, wind and thin air change how they drive, land and take off, and nothing is broken by it.
 
-use models::frames::{Azimuth, Point3};
-use models::traffic::core::{Core, Direction, Phase};
+use models::frames::{Azimuth, Point3, Vector2};
+use models::traffic::core::{Core, Day, Direction, Phase};
+use models::traffic::network::Network;
 use scenarios::Scene;
 use scenarios::hours::{Held, Hour, hour};
 use std::path::{Path, PathBuf};
@@ -200,20 +201,101 @@ fn weather_that_turns_at_once_breaks_nothing() {
     }
 }
 
-/// Ends in use are those of the begin: who lands with the wind from behind later is told of, with how many.
+/// A wind from 300 degrees that comes from 120 after twenty minutes.
+const TURNS: &str = "{ at_s = 0, wind_mps = 8, wind_from_deg = 300 }, { at_s = 1200, wind_mps = 10, wind_from_deg = 120 }";
+
+/// Wind from behind at a runway end, m/s.
+fn tail_mps(network: &Network, (r, end): (usize, usize), day: &Day) -> f64 {
+    let ends_m = network.runways[r].ends_m;
+    -day.head_mps(Azimuth::of(ends_m[1 - end] - ends_m[end]))
+}
+
+/// Ends that a scene names stay: who lands with the wind from behind later is told of, with how many.
 #[test]
 fn a_wind_that_turns_behind_the_ends_in_use_is_said() {
     for airport in AIRPORTS {
-        let begin = "{ at_s = 0, wind_mps = 8, wind_from_deg = 300 }";
-        for (then, said) in [(300, false), (120, true)] {
-            let turning =
-                format!("{begin}, {{ at_s = 1200, wind_mps = 10, wind_from_deg = {then} }}");
-            let (path, text) = text(airport, &turning, 3);
+        let (path, free) = text(airport, TURNS, 3);
+        let network = &scene(airport, TURNS, 3).traffic.behaving.expect("behaves").network;
+        let day = Day { wind_mps: wind(8.0, 300.0), ..Day::default() };
+        let ends = (0..network.runways.len()).flat_map(|r| [(r, 0), (r, 1)]);
+        let into =
+            ends.min_by(|a, b| tail_mps(network, *a, &day).total_cmp(&tail_mps(network, *b, &day)));
+        let (r, end) = into.expect("an end");
+        let name = &network.runways[r].names[end];
+        let named =
+            format!("{free}arrival_runways = [\"{name}\"]\ndeparture_runways = [\"{name}\"]\n");
+        for (text, said) in [(&free, false), (&named, true)] {
             let (_, found) =
-                scenarios::warnings::check(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+                scenarios::warnings::check(&path, text).unwrap_or_else(|e| panic!("{e}"));
             let told: Vec<_> = found.iter().filter(|w| w.word() == "W24").collect();
             assert_eq!(told.len(), usize::from(said), "{airport}: {told:?}");
             assert!(told.iter().all(|w| w.text.contains("m/s from behind")), "{airport}: {told:?}");
+        }
+    }
+}
+
+fn wind(speed_mps: f64, from_deg: f64) -> Vector2<f64> {
+    let from = f64::to_radians(from_deg);
+    -speed_mps * Vector2::new(from.sin(), from.cos())
+}
+
+/// The ends turn with the wind: nobody who is planned behind it has it from behind, nobody takes off towards
+/// somebody who lands, everybody is served.
+#[test]
+fn ends_that_nobody_names_turn_with_the_wind() {
+    for ((airport, seed), rate) in AIRPORTS.into_iter().zip(3..).zip([16, 16, 20, 16]) {
+        let (path, free) = text(airport, TURNS, seed);
+        let busy = free.replace("arrivals_per_h = 10", &format!("arrivals_per_h = {rate}"));
+        let busy = busy.replace("departures_per_h = 10", &format!("departures_per_h = {rate}"));
+        let scene = scenarios::load_text(&path, &busy).unwrap_or_else(|e| panic!("{e}"));
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let told = behaving.remarks.iter().filter(|r| r.contains("the wind turns: from 1200 s on"));
+        assert_eq!(told.count(), 1, "{airport}: {:?}", behaving.remarks);
+        let (samples, held) = watched(&scene, seed);
+        kept(airport, &held);
+        let day = Day { wind_mps: wind(10.0, 120.0), ..Day::default() };
+        let flights = held.core.flights();
+        // When each is on the runway: landings from the touchdown on, take-offs until they are in the air.
+        let on = |m: usize| {
+            let own = || samples.iter().filter(|s| s.flight == m);
+            match flights[m].direction {
+                Direction::Arrival => own().find(|s| s.phase == Phase::Landing).map(|s| s.time_s),
+                _ => own().rfind(|s| s.phase == Phase::Rolling).map(|s| s.time_s),
+            }
+        };
+        let network = &behaving.network;
+        let times: Vec<(usize, f64)> =
+            (0..flights.len()).filter_map(|m| Some((m, on(m)?))).collect();
+        assert_eq!(times.len(), flights.len(), "{airport}");
+        let arrival = |m: usize| flights[m].direction == Direction::Arrival;
+        let mut turned = [0; 2];
+        for (m, t) in &times {
+            let tail_mps = tail_mps(network, flights[*m].runway, &day);
+            turned[usize::from(arrival(*m))] += usize::from(tail_mps < 0.0);
+            // Who was planned before keeps his end, however late he is.
+            let planned_s = flights[*m].time_s + if arrival(*m) { 0.0 } else { 720.0 };
+            assert!(
+                planned_s < 1200.0 || tail_mps <= 2.5,
+                "{airport}: {} at {t} s with {tail_mps} m/s from behind",
+                flights[*m].callsign
+            );
+        }
+        assert!(turned[0] >= 2 && turned[1] >= 2, "{airport}: {turned:?} into the new wind");
+        let towards = |m: usize| {
+            let (r, end) = flights[m].runway;
+            (network.runways[r].ends_m[1 - end] - network.runways[r].ends_m[end]).normalize()
+        };
+        for (d, up_s) in times.iter().filter(|(m, _)| !arrival(*m)) {
+            for (a, lands_s) in times.iter().filter(|(m, _)| arrival(*m)) {
+                let same = flights[*d].runway.0 == flights[*a].runway.0;
+                let head_on = same && towards(*d).dot(&towards(*a)) < -0.5;
+                assert!(
+                    !head_on || lands_s < up_s || lands_s - up_s > 90.0,
+                    "{airport}: {} in the air at {up_s} s, {} lands towards it at {lands_s} s",
+                    flights[*d].callsign,
+                    flights[*a].callsign
+                );
+            }
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use super::Wanted;
 use super::drawn::{Drawn, Mix, of_mix};
+use super::ends::{Ends, by_the_wind};
 use super::rates::Rates;
-use super::reach::{Ground, default_ends, lacks_m};
+use super::reach::{Ground, lacks_m};
 use super::stands::{Allotted, allotted};
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
@@ -70,21 +71,18 @@ pub(super) fn generated(
         let given: Vec<String> = section.texts(key)?.into_iter().map(|(n, _)| n).collect();
         Ok(if given.is_empty() { known.to_vec() } else { given })
     };
-    let mut landing = named("arrival_runways", &in_use[0])?;
-    let mut leaving = named("departure_runways", &in_use[1])?;
-    if landing.is_empty() || leaving.is_empty() {
-        let smaller = SMALLER_MIXES.map(owned);
-        let mixes = std::iter::once(&mix).chain(smaller.iter().filter(|_| drawn_mix));
-        let known = |(d, weight): &(String, f64)| Some((types.get(d)?, *weight));
-        let mixes: Vec<Vec<_>> = mixes.map(|mix| mix.iter().filter_map(known).collect()).collect();
-        let [lands, leaves] = default_ends(ground, [&landing, &leaving], &mixes);
-        landing = if landing.is_empty() { lands } else { landing };
-        leaving = if leaving.is_empty() { leaves } else { leaving };
-    }
+    let landing = named("arrival_runways", &in_use[0])?;
+    let leaving = named("departure_runways", &in_use[1])?;
+    let owned_smaller = SMALLER_MIXES.map(owned);
+    let mixes = std::iter::once(&mix).chain(owned_smaller.iter().filter(|_| drawn_mix));
+    let known = |(d, weight): &(String, f64)| Some((types.get(d)?, *weight));
+    let mixes: Vec<Vec<_>> = mixes.map(|mix| mix.iter().filter_map(known).collect()).collect();
+    let ends = by_the_wind(ground, [&landing, &leaving], &mixes, run.duration.s());
     let usable: Vec<usize> = (0..network.stands.len())
         .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
         .collect();
-    let no_end = arrivals.any() && landing.is_empty() || departures.any() && leaving.is_empty();
+    let none = |of: fn(&Ends) -> &Vec<String>| ends.iter().any(|e| of(e).is_empty());
+    let no_end = arrivals.any() && none(|e| &e.landing) || departures.any() && none(|e| &e.leaving);
     if no_end || usable.is_empty() {
         let runway = no_end.then_some("no runway with entries and exits");
         let stand = usable.is_empty().then_some("no stand with a way");
@@ -96,9 +94,13 @@ pub(super) fn generated(
     }
     let lacks = |designator: &str| {
         types.get(designator).map_or(0.0, |row| {
-            let none: &[String] = &[];
-            let landing = if arrivals.any() { &landing } else { none };
-            lacks_m(ground, row, landing, if departures.any() { &leaving } else { none })
+            let of = |e: &Ends| {
+                let none: &[String] = &[];
+                let landing = if arrivals.any() { &e.landing } else { none };
+                let leaving = if departures.any() { &e.leaving } else { none };
+                lacks_m(&ground.in_wind_at(e.from_s), row, landing, leaving)
+            };
+            ends.iter().map(of).fold(0.0, f64::max)
         })
     };
     // Nobody asked for airliners: where none fits, smaller ones come; the smallest are those that are told of where nothing does.
@@ -116,13 +118,16 @@ pub(super) fn generated(
     let too_long = too_long.collect::<Vec<_>>().join(", ");
     let least = mix.iter().map(|m| lacks(&m.0)).fold(f64::INFINITY, f64::min);
     if least > 0.0 {
-        let ends: std::collections::BTreeSet<&str> =
-            landing.iter().chain(&leaving).map(String::as_str).collect();
-        let ends = ends.into_iter().collect::<Vec<_>>().join(", ");
+        let names: std::collections::BTreeSet<&str> = ends
+            .iter()
+            .flat_map(|e| e.landing.iter().chain(&e.leaving))
+            .map(String::as_str)
+            .collect();
+        let names = names.into_iter().collect::<Vec<_>>().join(", ");
         let found = format!(
             "{too_long}, each {least:.0} m or more short of exits and entries with a way to a stand"
         );
-        let needed = format!("a mix with a type that runway {ends} is long enough for");
+        let needed = format!("a mix with a type that runway {names} is long enough for");
         return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
     }
     mix.retain(|m| (!drawn_mix || types.get(&m.0).is_some()) && lacks(&m.0) <= 0.0);
@@ -140,9 +145,15 @@ pub(super) fn generated(
         false => Vec::new(),
     };
     let mut drawn: Vec<Drawn> = Vec::new();
-    let kinds =
-        [(Direction::Arrival, &arrivals, landing), (Direction::Departure, &departures, leaving)];
-    for (kind, (direction, rates, runways)) in kinds.into_iter().enumerate() {
+    for e in &ends[1..] {
+        let both = [&e.landing, &e.leaving].map(|names| names.join(", "));
+        remarks.push(format!(
+            "the wind turns: from {:.0} s on landings on {}, take-offs from {}",
+            e.from_s, both[0], both[1]
+        ));
+    }
+    let kinds = [(Direction::Arrival, &arrivals), (Direction::Departure, &departures)];
+    for (kind, (direction, rates)) in kinds.into_iter().enumerate() {
         if !rates.any() {
             continue;
         }
@@ -165,10 +176,17 @@ pub(super) fn generated(
             };
             let drawn_min: f64 = mean_min + sigma_min * normal_pair(&mut rng).0;
             let turn_round_s = 60.0 * drawn_min.max(least_min);
+            let (runways, at_s) = match direction {
+                Direction::Arrival => {
+                    let (ends, at_s) = Ends::of_landing(&ends, time_s);
+                    (&ends.landing, at_s)
+                }
+                _ => (&Ends::of_leaving(&ends, time_s).leaving, time_s),
+            };
             drawn.push(Drawn {
                 number,
                 direction,
-                time_s,
+                time_s: at_s,
                 designator: designator.to_owned(),
                 runway: runways[number as usize % runways.len()].clone(),
                 place,

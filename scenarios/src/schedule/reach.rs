@@ -9,24 +9,27 @@ use models::traffic::network::{NetEdge, Network, code_of_span};
 use models::traffic::runway_roll::{INTERSECTION_SHARE, touchdown_zone};
 use models::traffic::way::Arcs;
 use models::traffic::ways::SHARPEST_TURN_DEG;
+use std::rc::Rc;
 
 /// A network with what every search over it needs.
+#[derive(Clone)]
 pub(super) struct Ground<'a> {
     pub(super) network: &'a Network,
-    /// The weather at the begin of the run, and the worst of it: surfaces wet, the thinnest air.
-    day: Day,
+    /// The weather of the run, each from a time on.
+    pub(super) days: &'a [(f64, Day)],
+    /// Wind at the begin of the run, or of what is looked at; the worst of the rest: surfaces wet, the thinnest air.
     worst: Day,
     /// By runway: closed to the end of the run.
-    closed: Vec<bool>,
-    arcs: Arcs,
+    closed: Rc<Vec<bool>>,
+    arcs: Rc<Arcs>,
     /// By node: arcs that reach it, not from stands.
-    entering: Vec<Vec<usize>>,
+    entering: Rc<Vec<Vec<usize>>>,
     /// By stand: arcs that lead on from where its lead-in joins a lane.
-    lanes: Vec<Vec<usize>>,
+    lanes: Rc<Vec<Vec<usize>>>,
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn of(network: &'a Network, days: &[(f64, Day)], closed: Vec<bool>) -> Self {
+    pub(super) fn of(network: &'a Network, days: &'a [(f64, Day)], closed: Vec<bool>) -> Self {
         let day = days.first().map_or(Day::default(), |d| d.1);
         let worst = days.iter().fold(day, |worst, (_, day)| Day {
             wet: worst.wet || day.wet,
@@ -42,7 +45,20 @@ impl<'a> Ground<'a> {
         }
         let lane = |node: Option<usize>| node.map_or(Vec::new(), |n| lane_arcs(network, &arcs, n));
         let lanes = network.stands.iter().map(|s| lane(s.node)).collect();
-        Self { network, day, worst, closed, arcs, entering, lanes }
+        let (closed, arcs) = (Rc::new(closed), Rc::new(arcs));
+        let (entering, lanes) = (Rc::new(entering), Rc::new(lanes));
+        Self { network, days, worst, closed, arcs, entering, lanes }
+    }
+
+    /// The same in the wind of a time of the run, s.
+    pub(super) fn in_wind_at(&self, time_s: f64) -> Self {
+        let day = self.days.iter().rev().find(|d| d.0 <= time_s);
+        self.in_wind(day.map_or(self.worst.wind_mps, |d| d.1.wind_mps))
+    }
+
+    /// The same in another wind, m/s east and north (where it blows to).
+    pub(super) fn in_wind(&self, wind_mps: Vector2<f64>) -> Self {
+        Self { worst: Day { wind_mps, ..self.worst }, ..self.clone() }
     }
 }
 
@@ -235,7 +251,7 @@ pub(super) fn default_ends(
     named: [&[String]; 2],
     mixes: &[Vec<(&TypeRow, f64)>],
 ) -> [Vec<String>; 2] {
-    let (network, wind_mps) = (ground.network, ground.day.wind_mps);
+    let (network, wind_mps) = (ground.network, ground.worst.wind_mps);
     let exits = |r: usize| {
         let off = |e: &&NetEdge| e.runway.is_none() && !e.backtrack;
         let strip = network.edges.iter().filter(|e| e.strip == Some(r)).filter(off);
@@ -398,6 +414,13 @@ pub(super) fn lacks_m(
         }
     }
     lacks
+}
+
+/// Direction of landings and take-offs of an end, a unit vector.
+pub(super) fn direction_of(ground: &Ground<'_>, name: &str) -> Option<Vector2<f64>> {
+    let (r, end) = end_named(ground.network, name)?;
+    let ends_m = ground.network.runways[r].ends_m;
+    Some((ends_m[1 - end] - ends_m[end]).normalize())
 }
 
 /// A runway's end by its name.

@@ -1,6 +1,7 @@
-//! Flights with the wind from behind: ends in use are those of the begin of the run.
+//! Flights with the wind from behind: ends that are named do not turn with it.
 
 use crate::Scene;
+use crate::schedule::TO_THE_END_S;
 use models::frames::Azimuth;
 use models::traffic::core::{Day, Direction};
 use std::collections::BTreeMap;
@@ -23,7 +24,9 @@ pub(super) fn of(scene: &Scene, at_s: f64) -> Option<String> {
         let tail_mps = -day.head_mps(along);
         let cross_mps = (day.wind_mps.norm_squared() - tail_mps * tail_mps).max(0.0).sqrt();
         let beyond = tail_mps > TAIL_MPS || cross_mps > CROSS_MPS;
-        if beyond && (at_s..until_s).contains(&flight.time_s) {
+        let to_the_end_s =
+            if flight.direction == Direction::Departure { TO_THE_END_S } else { 0.0 };
+        if beyond && (at_s..until_s).contains(&(flight.time_s + to_the_end_s)) {
             ends.entry(&runway.names[end]).or_insert((0, tail_mps, cross_mps)).0 += 1;
         }
     }
@@ -36,6 +39,6 @@ pub(super) fn of(scene: &Scene, at_s: f64) -> Option<String> {
     });
     let told = told.collect::<Vec<_>>().join(", ");
     (!told.is_empty()).then(|| {
-        format!("{told}: ends do not turn with the wind; name arrival_runways and departure_runways, or let this demand end and another begin, by rates of hours")
+        format!("{told}: ends that are named do not turn with the wind; leave arrival_runways and departure_runways out, or let this demand end and another begin, by rates of hours")
     })
 }

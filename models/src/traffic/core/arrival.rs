@@ -113,7 +113,7 @@ impl Core {
             let gap_s = arrival_gap_s(wake, f, head_mps).max(least).max(self.backtrack_gap_s(*c));
             self.time_s + time < last_s + gap_s || self.backtracks_for_s(*c) > time
         });
-        if too_near || self.starves(m) {
+        if too_near || self.starves(m) || self.leaves_towards(f.runway) {
             self.movers[m].next_try_s = self.time_s + RETRY_S;
             return;
         }

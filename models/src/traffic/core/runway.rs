@@ -12,7 +12,36 @@ use crate::wake::Wake;
 /// Longest time for which somebody lines up behind one who is still on the runway, s (assumed; the safety net asks after 90 s).
 const STANDS_LINED_UP_S: f64 = 75.0;
 
+/// Who takes off towards somebody on final is in the air so much earlier than before another landing, s: it has to turn away (assumed).
+pub(super) const TURNED_AWAY_S: f64 = 120.0;
+
 impl Core {
+    /// Whether the directions of two runway ends enclose more than 120 degrees.
+    fn head_on(&self, a: (usize, usize), b: (usize, usize)) -> bool {
+        let towards = |(r, end): (usize, usize)| {
+            let ends_m = self.net.runways[r].ends_m;
+            (ends_m[1 - end] - ends_m[end]).normalize()
+        };
+        towards(a).dot(&towards(b)) < -0.5
+    }
+
+    /// Whether somebody under way will take off towards those who land on an end: they come when he is gone, as when the ends in
+    /// use change. Where he waits could be the exit of who lands, who would go around for ever.
+    pub(super) fn leaves_towards(&self, runway: (usize, usize)) -> bool {
+        (0..self.movers.len()).any(|o| {
+            let under_way = match self.movers[o].phase {
+                Phase::Pushing | Phase::Starting(_) | Phase::Taxiing => true,
+                Phase::LinedUp(_) | Phase::Rolling => true,
+                _ => false,
+            };
+            let f = &self.flights[o];
+            under_way
+                && f.direction == Direction::Departure
+                && self.crossing[runway.0].contains(&f.runway.0)
+                && self.head_on(f.runway, runway)
+        })
+    }
+
     /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
     pub(super) fn may_line_up(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
@@ -23,7 +52,11 @@ impl Core {
             let to_land = other.phase == Phase::Final && !other.cleared;
             to_land && self.crossing[r].contains(&self.flights[*o].runway.0)
         });
-        let next_s = next_s.map(|(_, o)| o.landing_s - self.time_s).fold(f64::INFINITY, f64::min);
+        let next_s = next_s.map(|(o, other)| {
+            let towards = self.head_on(self.flights[m].runway, self.flights[o].runway);
+            other.landing_s - self.time_s - if towards { TURNED_AWAY_S } else { 0.0 }
+        });
+        let next_s = next_s.fold(f64::INFINITY, f64::min);
         let (wake_s, run_s) = (self.wake_left_s(m), self.run_s(m));
         let need_s = |ready_s: f64| ready_s.max(wake_s) + run_s + UP_S + CLEARED_BEFORE_S;
         // Nobody is lined up at once: what the line-up takes is driven only where it decides.
