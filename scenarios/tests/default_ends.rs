@@ -123,9 +123,9 @@ fn traffic_lands_and_takes_off_against_the_wind() {
             looked += 1;
             turned += usize::from(both != calm);
         }
-        // What comes later, or hardly blows, changes nothing.
+        // What hardly blows, or comes when nobody lands or leaves any more, changes nothing.
         for notice in [
-            "at_s = 60, wind_mps = 9.0, wind_from_deg = 40",
+            "at_s = 3600, wind_mps = 9.0, wind_from_deg = 40",
             "at_s = 0, wind_mps = 2.4, wind_from_deg = 40",
         ] {
             let weather = format!("[weather]\ntimeline = [{{ {notice} }}]");
