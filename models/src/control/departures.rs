@@ -51,7 +51,7 @@ impl Default for Habits {
         Self {
             shift: 2,
             icao: true,
-            queue: 2,
+            queue: 6,
             most_s: 600.0,
             stand_before_s: 180.0,
             again_s: 60.0,
@@ -93,8 +93,9 @@ struct Runway {
     factors: Vec<f64>,
 }
 
-/// Nobody waits longer at the line on purpose, s for each in the queue: who has a slot waits on his stand (assumed).
+/// Nobody waits longer at the line on purpose, s for each in the queue; who has a slot waits on his stand but for so long (assumed).
 const QUEUES_S: f64 = 90.0;
+const BEFORE_SLOT_S: f64 = 180.0;
 
 /// Ways to the line that are averaged.
 const AVERAGED: usize = 5;
@@ -262,7 +263,8 @@ impl Departures {
         for (place, (at, ttot_s)) in take_offs.iter().enumerate() {
             let d = &self.all[*at];
             // What the queue before it takes is waited for at the line.
-            let most_s = habits.queue as f64 * QUEUES_S;
+            let slot = d.ctot_s.is_some();
+            let most_s = if slot { BEFORE_SLOT_S } else { habits.queue as f64 * QUEUES_S };
             let wait_s = (ttot_s - take_offs[place.saturating_sub(habits.queue)].1).min(most_s);
             let known = self.targets[*at].map_or(d.tobt_s, |t| t.tsat_s);
             let tsat_s = match self.stages[*at] {
@@ -330,9 +332,9 @@ mod tests {
         let all: Vec<Departing> = (0..20).map(|f| departing(f, Medium, 0.0)).collect();
         let mut manager = manager(2, &all);
         let held = |m: &Departures, now_s: f64| (0..20).filter(|f| !m.may_push(*f, now_s)).count();
-        // The first and its queue of two go at once.
-        assert_eq!(held(&manager, 0.0), 17);
-        assert!(held(&manager, 300.0) < 17, "they go one after the other");
+        // The first and its queue of six go at once.
+        assert_eq!(held(&manager, 0.0), 13);
+        assert!(held(&manager, 300.0) < 13, "they go one after the other");
         assert_eq!(held(&manager, 600.0), 0, "nobody is held for ever");
         // One whose stand an arrival wants goes before that.
         let mut wanted = all.clone();
