@@ -29,11 +29,14 @@ impl Core {
     /// use change. Where he waits could be the exit of who lands, who would go around for ever.
     pub(super) fn leaves_towards(&self, runway: (usize, usize)) -> bool {
         (0..self.movers.len()).any(|o| {
-            let under_way = match self.movers[o].phase {
-                Phase::Pushing | Phase::Starting(_) | Phase::Taxiing => true,
-                Phase::LinedUp(_) | Phase::Rolling => true,
-                _ => false,
-            };
+            let under_way = matches!(
+                self.movers[o].phase,
+                Phase::Pushing
+                    | Phase::Starting(_)
+                    | Phase::Taxiing
+                    | Phase::LinedUp(_)
+                    | Phase::Rolling
+            );
             let f = &self.flights[o];
             under_way
                 && f.direction == Direction::Departure
