@@ -102,7 +102,7 @@ fn least_behind_heavies(core: &Core) -> (f64, usize) {
 #[test]
 fn a_sequence_keeps_departures_on_their_stands_until_their_turn() {
     const BUSY: &str =
-        "arrivals_per_h = 4\ndepartures_per_h = 40\nmix = { A333 = 1, A320 = 1, E190 = 1 }";
+        "arrivals_per_h = 4\ndepartures_per_h = 60\nmix = { A333 = 1, A320 = 1, E190 = 1 }";
     for airport in &AIRPORTS[..2] {
         let (_, first) = flown(&scene(airport, 42, BUSY, ""), |_, _| {});
         assert!(first.milestones(0).is_none(), "first come has no targets");
@@ -134,9 +134,9 @@ fn a_sequence_keeps_departures_on_their_stands_until_their_turn() {
         assert!(held >= 3, "{airport}: {held} held");
         let mean_s = |core: &Core| delay(core).0 / delay(core).1.max(1) as f64;
         let (before_s, after_s) = (mean_s(&first), mean_s(&core));
-        // It does not pay here: runways with landings starve behind those who are held (docs/control.md). Bounded, so that it gets no worse.
+        // It costs and saves little here (docs/control.md). Bounded, so that it gets no worse.
         eprintln!("{airport}: {before_s:.0} s first come, {after_s:.0} s by the sequence");
-        assert!(after_s < 1.2 * before_s, "{airport}: {before_s} s first come, {after_s} s");
+        assert!(after_s < 1.1 * before_s, "{airport}: {before_s} s first come, {after_s} s");
         let order = |core: &Core| {
             let mut off: Vec<(i64, usize)> = (0..core.flights().len())
                 .filter_map(|f| Some((core.measures(f).atot_s? as i64, f)))
