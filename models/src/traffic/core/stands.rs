@@ -20,6 +20,9 @@ pub(super) enum Leaving {
     Ahead,
 }
 
+/// The middle is within this share of a length (of 20 m at least) of the place of a stand.
+const ON_PLACE: f64 = 0.65;
+
 impl Core {
     /// How far short of the node of a stand somebody of this size has his middle, m: tails stand in one line, nobody behind the
     /// place of the file, and, where his line is straight enough, nobody with all of his body beyond it.
@@ -31,6 +34,8 @@ impl Core {
         // A pushback begins on a straight line, before a nose is swung into the bend of the lead-in.
         let straight_m = self.pieces.straight_to_m(stand, class_of(size));
         let latest_m = straight_m - SWING_M - 0.1 * size.length_m;
+        // But he is on his stand: not farther beyond the place than is seen as on it.
+        let latest_m = latest_m.max(s.moved_m - ON_PLACE * size.length_m.max(20.0));
         let on_place_m = (s.moved_m - 0.5 * size.length_m).min(latest_m);
         in_line_m.max(on_place_m).clamp(0.0, s.moved_m.max(0.0))
     }
