@@ -372,7 +372,7 @@ function showTarget() {
   byId("target-name").textContent = name;
   byId("target").dataset.empty = String(!state.selected);
   byId("target-name").dataset.mark = target?.movement ?? "";
-  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller", map.stands.get(target?.callsign)), ...clearanceFacts(target, state.traffic)]);
+  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller", map.stands.get(target?.callsign)), ...clearanceFacts(target, state.traffic, (s) => utc(state.run?.start_utc_ns, s))]);
   closeUp(byId("close-up"), map, target);
 }
 

@@ -84,8 +84,8 @@ export function targetText(targets, time) {
   return TARGETS.filter(([key]) => Number.isFinite(targets?.[key])).map(([key, name]) => `${name} ${time(targets[key])}`).join(", ");
 }
 
-/** Facts of a target that only its strip and the simulated traffic know. */
-export function clearanceFacts(target, traffic) {
+/** Facts of a target that only its strip and the simulated traffic know; `time` makes a text of seconds. */
+export function clearanceFacts(target, traffic, time) {
   const mover = target?.callsign ? traffic?.movers.find((m) => m.callsign === target.callsign) : null;
   if (!mover) return [];
   const runway = traffic.runways.find((r) => r.name.split("/").includes(mover.runway));
@@ -96,7 +96,7 @@ export function clearanceFacts(target, traffic) {
   if (mover.held.length) rows.push(["Holds", `${mover.held.length} piece${mover.held.length > 1 ? "s" : ""} of the network`]);
   const why = waitText({ waits: mover.waits, wants: mover.wants });
   if (why) rows.push(["Why", why, "warn"]);
-  for (const [key, name, what] of TARGETS) if (Number.isFinite(mover.targets?.[key])) rows.push([name, `${mover.targets[key].toFixed(0)} s`, "", what]);
+  for (const [key, name, what] of TARGETS) if (Number.isFinite(mover.targets?.[key])) rows.push([name, time(mover.targets[key]), "", what]);
   if (runway) rows.push([`Runway ${runway.name}`, `${runway.owner ? `in use by ${runway.owner}` : "free"}, ${runway.queue} waiting`]);
   return rows;
 }

@@ -164,8 +164,8 @@ test("target times of a departure are on its strip and among its facts, those th
   const [strip] = stripsOf({ flights: [flight("D1", "departure", 900)], scan: scanOf(), traffic, ground: new Ground(AIRPORT), timeS: 30 });
   assert.equal(targetText(strip.targets, String), "TOBT 60, TSAT 120, TTOT 660");
   assert.equal(targetText(null, String), "");
-  const facts = clearanceFacts({ callsign: "D1" }, traffic).map(([name, value]) => `${name} ${value}`);
-  assert.deepEqual(facts.filter((f) => /T /.test(f)), ["TOBT 60 s", "TSAT 120 s", "TTOT 660 s"]);
+  const facts = clearanceFacts({ callsign: "D1" }, traffic, String).map(([name, value]) => `${name} ${value}`);
+  assert.deepEqual(facts.filter((f) => /T /.test(f)), ["TOBT 60", "TSAT 120", "TTOT 660"]);
 });
 
 test("greens, entry lights and take-off hold lights are drawn where they are lit, bars at their ends", () => {
