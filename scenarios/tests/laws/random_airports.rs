@@ -1,9 +1,7 @@
 //! Traffic on airports that nobody has drawn: made at random, written as files, read, and run for half an hour; and on files that
 //! are damaged.
 
-mod drawn;
-
-use drawn::{Drawn, drawn};
+use crate::drawn::{Drawn, drawn};
 use models::control::alert::Change;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;

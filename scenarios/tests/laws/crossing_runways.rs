@@ -2,9 +2,7 @@
 //! lined up on them do not wait for each other.
 
 #[allow(dead_code, reason = "this test draws by hand")]
-mod drawn;
-
-use drawn::Drawn;
+use crate::drawn::Drawn;
 use models::traffic::core::{Core, Direction};
 use models::traffic::network::Network;
 use scenarios::Scene;

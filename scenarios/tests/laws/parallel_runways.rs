@@ -2,9 +2,7 @@
 //! nobody is told of an incursion where nobody errs.
 
 #[allow(dead_code, reason = "this test draws by hand")]
-mod drawn;
-
-use drawn::Drawn;
+use crate::drawn::Drawn;
 use models::control::alert::Change;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;

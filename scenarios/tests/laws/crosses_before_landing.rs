@@ -1,7 +1,6 @@
 //! A person clears somebody to cross a runway on which one lands within seconds: he goes, the rules say so, and the two do not touch.
 
-mod touching;
-
+use crate::touching::overlap;
 use models::control::alert::Change;
 use models::control::clearance::ClearanceKind::Cross;
 use models::control::layout::Layout;
@@ -10,7 +9,6 @@ use models::time::SimTime;
 use models::traffic::core::{Core, Notice, Order, Phase};
 use models::traffic::exact::Watch;
 use std::path::Path;
-use touching::overlap;
 
 fn scene(name: &str, ends: &str, seed: u64) -> scenarios::Scene {
     let net = format!("airports/{name}.groundnet.xml");

@@ -2,9 +2,7 @@
 //! comes from where he is to his stand without a jump and touches nobody; who is not is refused with a reason; a call sign has one owner.
 
 #[allow(dead_code, reason = "each test uses a part of it")]
-mod drawn;
-
-use drawn::{Draws, drawn};
+use crate::drawn::{Draws, drawn};
 use models::frames::{Azimuth, Point3, Vector2, Vector3};
 use models::traffic::core::{Ask, Core, Direction, Given, Phase, RELEASED_ABOVE_M};
 use models::traffic::outline::{distance_m, outline};

@@ -2,9 +2,7 @@
 //! the side of his stand, and who stands where lead-ins are short: on airports drawn for it.
 
 #[allow(dead_code, reason = "this test draws by hand")]
-mod drawn;
-
-use drawn::Drawn;
+use crate::drawn::Drawn;
 use models::traffic::core::{Core, Direction};
 use scenarios::hours::{Held, Hour, hour};
 use std::path::PathBuf;

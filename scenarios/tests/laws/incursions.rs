@@ -1,7 +1,6 @@
 //! A person clears two to one runway: the pilots do it, the rules raise the alert, eyes keep the bodies apart, and traffic goes on.
 
-mod touching;
-
+use crate::touching::overlap;
 use models::control::alert::Change;
 use models::control::clearance::ClearanceKind::{self, Cross, Land, LineUp, TakeOff};
 use models::control::layout::Layout;
@@ -11,7 +10,6 @@ use models::traffic::core::{ClearedBy, Core, Notice, Order, Phase};
 use models::traffic::exact::Watch;
 use std::collections::BTreeMap;
 use std::path::Path;
-use touching::overlap;
 
 fn scene(name: &str, ends: &str, rate: u32, seed: u32) -> scenarios::Scene {
     let airport = airport(name);

@@ -1,0 +1,36 @@
+//! Laws of scenes and of the traffic in them, one executable: each of thirty linked everything anew.
+
+mod advised;
+mod ahead;
+mod airports;
+mod along_runways;
+mod behaving;
+mod control_keys;
+mod controllers;
+mod crosses_before_landing;
+mod crossing_runways;
+mod damaged_airports;
+mod default_ends;
+mod drawn;
+mod driven;
+mod failures;
+mod finals;
+mod handover;
+mod hostile_movements;
+mod hours;
+mod incursions;
+mod keys;
+mod offline;
+mod overlay;
+mod parallel_runways;
+mod radar;
+mod random_airports;
+mod reported;
+mod scenes;
+mod short_aprons;
+mod template;
+mod touching;
+mod truth;
+mod turns;
+mod vehicles;
+mod weather_of_movers;
