@@ -163,7 +163,12 @@ impl<'a> Stands<'a> {
 
     /// Stands that a type reaches from a runway end or leaves for it, by exits and entries with enough of the runway, where there are
     /// such; and those of them that are reached without taxiing along another runway.
-    fn reach(&mut self, name: &str, designator: &str, arrival: bool) -> [Vec<bool>; 2] {
+    fn reach(
+        &mut self,
+        (name, time_s): (&str, f64),
+        designator: &str,
+        arrival: bool,
+    ) -> [Vec<bool>; 2] {
         let (ground, types) = (self.ground, self.types);
         let key = (name.to_owned(), designator.to_owned(), arrival);
         let found = self.reached.entry(key).or_insert_with(|| {
@@ -171,7 +176,9 @@ impl<'a> Stands<'a> {
             let (Some(end), Some(row)) = (end_named(network, name), types.get(designator)) else {
                 return [(); 2].map(|()| vec![true; network.stands.len()]);
             };
-            let (reach, code) = (Reach::of(ground, end, arrival), code_of_span(row.class.span_m));
+            // In the wind in which it is used.
+            let ground = ground.in_wind_at(time_s);
+            let (reach, code) = (Reach::of(&ground, end, arrival), code_of_span(row.class.span_m));
             let least_m = needs_m(row, &reach, end.1) - 1.0;
             let stands = reach.stands(code, least_m);
             let (stands, least_m) = match stands.contains(&true) {
@@ -210,9 +217,10 @@ impl<'a> Stands<'a> {
             };
             let need = code_of_span(size.span_m);
             let [mut reached, mut off_runways] =
-                self.reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
+                self.reach((&d.runway, d.time_s), &d.designator, d.direction == Direction::Arrival);
             if let Some(next) = next {
-                let [left, off] = self.reach(&drawn[next].runway, &d.designator, false);
+                let [left, off] =
+                    self.reach((&drawn[next].runway, drawn[next].time_s), &d.designator, false);
                 reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
                 off_runways.iter_mut().zip(off).for_each(|(r, l)| *r &= l);
             }
