@@ -67,7 +67,7 @@ impl Lights {
 /// Most lights of a PDU.
 const MOST: usize = 400;
 
-/// The state of some lights by number, in PDUs of at most [`MOST`].
+/// The state of some lights by number, in PDUs of at most `MOST`.
 #[must_use]
 pub fn lights(
     site: u16,

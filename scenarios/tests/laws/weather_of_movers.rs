@@ -236,7 +236,7 @@ fn a_wind_that_turns_behind_the_ends_in_use_is_said() {
 
 fn wind(speed_mps: f64, from_deg: f64) -> Vector2<f64> {
     let from = f64::to_radians(from_deg);
-    -speed_mps * Vector2::new(from.sin(), from.cos())
+    -speed_mps * Vector2::new(libm::sin(from), libm::cos(from))
 }
 
 /// The ends turn with the wind: nobody who is planned behind it has it from behind, nobody takes off towards
@@ -298,4 +298,21 @@ fn ends_that_nobody_names_turn_with_the_wind() {
             }
         }
     }
+}
+
+/// Who leaves towards the new landings stands in their exit: they are not released to final before he is gone. At Bratislava ten of 29
+/// never arrived, and there were 17 go-arounds.
+#[test]
+fn nobody_lands_towards_whom_somebody_under_way_will_take_off() {
+    let turns = "{ at_s = 0, wind_mps = 8, wind_from_deg = 300 }, { at_s = 1500, wind_mps = 9, wind_from_deg = 120 }";
+    let mut around = 0;
+    for seed in [1, 3] {
+        let (path, text) = text("LZIB", turns, seed);
+        let busy = text.replace("_per_h = 10", "_per_h = 15").replace("= 2400", "= 3600");
+        let scene = scenarios::load_text(&path, &busy).unwrap_or_else(|e| panic!("{e}"));
+        let (_, held) = watched(&scene, seed);
+        kept("LZIB", &held);
+        around += held.core.remarks().iter().filter(|r| r.text.contains("goes around")).count();
+    }
+    assert!(around <= 4, "{around} go-arounds");
 }

@@ -65,7 +65,7 @@ struct Led {
 const BEHIND: usize = usize::MAX;
 
 impl Lamps {
-    /// The lamps of a network; `errors`: times [`DARK`] of them fail.
+    /// The lamps of a network; `errors`: times `DARK` of them fail.
     #[must_use]
     pub fn of(net: &Network, pieces: &Pieces, seed: u64, errors: f64) -> Self {
         let mut lamps = Self {
