@@ -106,6 +106,37 @@ fn a_beat_tells_of_orders_and_reports_that_were_lost() {
     assert!(asked(&mut known, 7 * S).contains(&WORLD.to_owned()), "its last report");
 }
 
+/// A producer to which there is no connection any more is not heard itself: the conductor says how far that has told.
+#[test]
+fn the_conductors_beat_tells_of_the_reports_of_a_producer_that_is_not_heard() {
+    let mut member = member(true);
+    let seen = |of: &str, inc, seq| Beat {
+        fed: 7,
+        last_seq: 1,
+        seen: vec![(of.to_owned(), inc, seq)],
+        ..Beat::default()
+    };
+    let asked = |member: &mut Member, now| {
+        let mut effects = Vec::new();
+        (0..5).for_each(|n| member.tick(now + n * 100 * MS, &mut effects));
+        let asked = effects.into_iter().filter_map(|effect| match effect {
+            Act::Fetch { holder, ask } if ask.of == WORLD => Some((holder, ask.fetch.inc)),
+            _ => None,
+        });
+        asked.collect::<Vec<_>>()
+    };
+    member.hear_beat(S, CONDUCTOR, &seen("a spectator", 1, 4));
+    member.hear_beat(S, CONDUCTOR, &seen(WORLD, 1, 0));
+    assert!(asked(&mut member, 2 * S).is_empty(), "nothing of it is missing");
+    member.hear_beat(3 * S, CONDUCTOR, &seen(WORLD, 1, 2));
+    let holders = asked(&mut member, 4 * S);
+    assert!(holders.contains(&(CONDUCTOR.to_owned(), 1)), "{holders:?}");
+    // Another incarnation has taken its place.
+    member.hear_beat(5 * S, CONDUCTOR, &seen(WORLD, 6, 1));
+    let holders = asked(&mut member, 6 * S);
+    assert!(holders.contains(&(CONDUCTOR.to_owned(), 6)), "{holders:?}");
+}
+
 /// What a producer does not tell again, whoever else may hold it is asked for, in turn.
 #[test]
 fn others_are_asked_for_what_a_producer_does_not_tell_again() {

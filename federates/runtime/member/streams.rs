@@ -12,24 +12,33 @@ impl Member {
         if beat.fed != self.fed {
             return;
         }
-        if from == CONDUCTOR {
-            if beat.inc == 0 {
-                self.orders.told(now, beat.last_seq);
-            }
-        } else if let Some(inbox) = self.peers.get_mut(from).filter(|i| i.inc() == beat.inc) {
-            inbox.told(now, beat.last_seq);
-        } else if self.producers.contains_key(from) && self.federate.consumes() {
-            let known = self.peers.get(from).map_or(0, Inbox::inc);
-            if beat.inc > known {
-                let mut inbox = Inbox::new(self.fed, beat.inc, 1);
-                inbox.told(now, beat.last_seq);
-                self.peers.insert(from.to_owned(), inbox);
+        if from != CONDUCTOR {
+            self.has_told(now, from, beat.inc, beat.last_seq);
+        } else if beat.inc == 0 {
+            self.orders.told(now, beat.last_seq);
+            // Who has no connection to a producer any more learns so what that has told, and asks the others for it.
+            for (of, inc, seq) in &beat.seen {
+                self.has_told(now, of, *inc, *seq);
             }
         }
         for (_, _, seq) in
             beat.seen.iter().filter(|(of, inc, _)| *of == self.name && *inc == self.inc)
         {
             self.outbox.confirm(from, *seq);
+        }
+    }
+
+    /// A member has told its reports up to a number: what lacks of them is asked for.
+    fn has_told(&mut self, now: WallNs, from: &str, inc: u64, last_seq: u64) {
+        if let Some(inbox) = self.peers.get_mut(from).filter(|i| i.inc() == inc) {
+            inbox.told(now, last_seq);
+        } else if self.producers.contains_key(from) && self.federate.consumes() {
+            let known = self.peers.get(from).map_or(0, Inbox::inc);
+            if inc > known {
+                let mut inbox = Inbox::new(self.fed, inc, 1);
+                inbox.told(now, last_seq);
+                self.peers.insert(from.to_owned(), inbox);
+            }
         }
     }
 
