@@ -106,14 +106,14 @@ impl Core {
             return;
         }
         let r = f.runway.0;
-        let departs_s = if self.mixed[r] { self.departure_slot_s(r) } else { 0.0 };
+        let departs_s = if self.mixed[r] { self.departure_slot_s(f.runway) } else { 0.0 };
         let least = departs_s.max(self.crossing_slot_s(r));
         let too_near = self.crossing[r].iter().any(|c| {
             let (last_s, wake) = self.last_landing[*c];
             let gap_s = arrival_gap_s(wake, f, head_mps).max(least).max(self.backtrack_gap_s(*c));
             self.time_s + time < last_s + gap_s || self.backtracks_for_s(*c) > time
         });
-        if too_near || self.starves(m) || self.leaves_towards(f.runway) {
+        if too_near || self.starves(m) {
             self.movers[m].next_try_s = self.time_s + RETRY_S;
             return;
         }

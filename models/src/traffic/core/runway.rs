@@ -12,8 +12,9 @@ use crate::wake::Wake;
 /// Longest time for which somebody lines up behind one who is still on the runway, s (assumed; the safety net asks after 90 s).
 const STANDS_LINED_UP_S: f64 = 75.0;
 
-/// Who takes off towards somebody on final is in the air so much earlier than before another landing, s: it has to turn away (assumed).
-pub(super) const TURNED_AWAY_S: f64 = 120.0;
+/// Who takes off towards somebody on final is in the air so much earlier than before another landing, s: it has to turn away. With this
+/// the one lifts off a minute and a half before the other is over the threshold (assumed; `RMCA_OPP` looks a minute ahead).
+const TURNED_AWAY_S: f64 = 45.0;
 
 impl Core {
     /// Whether the directions of two runway ends enclose more than 120 degrees.
@@ -23,26 +24,6 @@ impl Core {
             (ends_m[1 - end] - ends_m[end]).normalize()
         };
         towards(a).dot(&towards(b)) < -0.5
-    }
-
-    /// Whether somebody under way will take off towards those who land on an end: they come when he is gone, as when the ends in
-    /// use change. Where he waits could be the exit of who lands, who would go around for ever.
-    pub(super) fn leaves_towards(&self, runway: (usize, usize)) -> bool {
-        (0..self.movers.len()).any(|o| {
-            let under_way = matches!(
-                self.movers[o].phase,
-                Phase::Pushing
-                    | Phase::Starting(_)
-                    | Phase::Taxiing
-                    | Phase::LinedUp(_)
-                    | Phase::Rolling
-            );
-            let f = &self.flights[o];
-            under_way
-                && f.direction == Direction::Departure
-                && self.crossing[runway.0].contains(&f.runway.0)
-                && self.head_on(f.runway, runway)
-        })
     }
 
     /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
@@ -243,7 +224,8 @@ impl Core {
 
     /// Gap between two landings that lets a departure of this runway, or of one that crosses it, out between them, s: the
     /// longest of those who will want it soon; 0 if nobody will.
-    pub(super) fn departure_slot_s(&self, r: usize) -> f64 {
+    pub(super) fn departure_slot_s(&self, runway: (usize, usize)) -> f64 {
+        let r = runway.0;
         let wants = |m: &usize| {
             let f = &self.flights[*m];
             let soon = match self.movers[*m].phase {
@@ -254,13 +236,15 @@ impl Core {
             soon && f.direction == Direction::Departure && self.crossing[r].contains(&f.runway.0)
         };
         let gap_s = |m: usize| {
+            let towards = self.head_on(self.flights[m].runway, runway);
             // On the same runway it lines up behind the landed one, if he is off soon; else it waits until he is off.
             let off_s = self.occupied_s[r];
             let soon = off_s - PASSES_S < self.movers[m].line_up_s + STANDS_LINED_UP_S;
-            let same = self.flights[m].runway.0 == r && soon;
+            let same = self.flights[m].runway.0 == runway.0 && soon && !towards;
             let line_up_s = self.movers[m].line_up_s + READY_S;
             let from_s = if same { (PASSES_S + line_up_s).max(off_s) } else { off_s + line_up_s };
-            from_s + self.run_s(m) + UP_S + CLEARED_BEFORE_S + SLACK_S
+            let away_s = if towards { TURNED_AWAY_S } else { 0.0 };
+            from_s + self.run_s(m) + UP_S + CLEARED_BEFORE_S + SLACK_S + away_s
         };
         (0..self.movers.len()).filter(wants).map(gap_s).fold(0.0, f64::max)
     }
