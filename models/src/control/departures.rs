@@ -36,7 +36,7 @@ pub struct Habits {
     pub icao: bool,
     /// Departures that wait at the line on purpose, so that the runway never waits.
     pub queue: usize,
-    /// Nobody is held longer after he asked, s.
+    /// Nobody is held longer after he asked, s, but for a slot that he would be too early for.
     pub most_s: f64,
     /// A stand is free so long before the landing of who wants it, s.
     pub stand_before_s: f64,
@@ -209,7 +209,11 @@ impl Departures {
         let wanted_s =
             self.all[at].stand_wanted_s.map_or(f64::INFINITY, |s| s - self.habits.stand_before_s);
         let until_s = self.targets[at].map_or(f64::NEG_INFINITY, |t| t.tsat_s);
-        now_s >= until_s.min(since_s + self.habits.most_s).min(wanted_s)
+        let d = &self.all[at];
+        let opens_s = d
+            .ctot_s
+            .map_or(f64::NEG_INFINITY, |ctot_s| ctot_s - Rules::default().slot_before_s - d.exot_s);
+        now_s >= until_s.min(opens_s.max(since_s + self.habits.most_s)).min(wanted_s)
     }
 
     /// Target times of a flight that has a place in a sequence, or had one.
@@ -372,5 +376,11 @@ mod tests {
         let first = manager.milestones(0).expect("in the sequence");
         assert_eq!((first.tobt_s, first.ttot_s), (0.0, 1200.0), "not before its slot");
         assert!(!manager.may_push(0, 300.0) && manager.may_push(1, 0.0));
+        // Also where that is longer than anybody else is held.
+        all[0].ctot_s = Some(2500.0);
+        let late = self::manager(2, &all);
+        let tsat_s = late.milestones(0).expect("in the sequence").tsat_s;
+        assert!(tsat_s > 1600.0 && !late.may_push(0, 1599.0), "TSAT {tsat_s} s");
+        assert!(late.may_push(0, tsat_s) && !late.may_push(0, tsat_s - 1.0), "TSAT {tsat_s} s");
     }
 }
