@@ -138,6 +138,7 @@ CREATE TABLE said (topic TEXT, time_ns INTEGER, octets BLOB, PRIMARY KEY (topic,
 -- Lights: a row whenever one is switched, lit or dark. id: of a stop bar the runway and which of its bars, as "16/34 2"; of entry lights
 -- "16/34 entry 2"; of take-off hold lights "34 hold"; of a segment of a taxiway "green 17".
 CREATE TABLE lights (time_ns INTEGER, id TEXT, state TEXT);
+CREATE INDEX lights_of ON lights (id);
 
 -- The same rules on exact truth with the true clearances: what the alerts on tracks are scored against.
 CREATE TABLE reference_alerts (
