@@ -77,7 +77,7 @@ pub(super) struct People {
     since: BTreeMap<u32, (ClearanceKind, f64)>,
     /// Flights that have wanted something, and on which group of runways last.
     known: BTreeMap<u32, u8>,
-    /// Flights that a person told to hold.
+    /// Flights that were told to hold, by a person or a model.
     held: BTreeSet<u32>,
     /// Seats that the scene leaves to people, and since when nobody sits there, s.
     expected: BTreeMap<Seat, Option<f64>>,
@@ -227,6 +227,19 @@ impl People {
         given
     }
 
+    /// Somebody, also a model, has cleared a flight: who sits down later can let taxi whom the model held.
+    pub(super) fn given(&mut self, given: &Given) {
+        self.was_told(given.flight, given.kind);
+    }
+
+    fn was_told(&mut self, flight: u32, kind: ClearanceKind) {
+        match kind {
+            ClearanceKind::Hold => drop(self.held.insert(flight)),
+            ClearanceKind::Taxi => drop(self.held.remove(&flight)),
+            _ => {}
+        }
+    }
+
     /// What an input does: words for its person, and a clearance that goes to the traffic.
     fn done(
         &mut self,
@@ -270,11 +283,7 @@ impl People {
                 }
                 let given =
                     actors.say(at_s, seat, what).map_err(|why| format!("{callsign} {why}"))?;
-                match kind {
-                    ClearanceKind::Hold => drop(self.held.insert(what.flight)),
-                    ClearanceKind::Taxi => drop(self.held.remove(&what.flight)),
-                    _ => {}
-                }
+                self.was_told(what.flight, kind);
                 if let Some(given) = &given {
                     self.under_way.insert(what.flight, (kind, seat, given.acts_s));
                 }
@@ -435,5 +444,25 @@ impl People {
         self.shown = state.clone();
         state["time_s"] = now_s.into();
         Some(state)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whom_the_model_held_a_person_can_let_taxi() {
+        let mut people = People::new(vec![Seat::Ground], 0.05);
+        people.known.insert(4, 0);
+        let nobody = Asked { wanted: &[], could: &[] };
+        let may = |people: &People| people.possible(4, "AB1", ClearanceKind::Taxi, nobody).is_ok();
+        assert!(!may(&people), "he holds for nobody");
+        let said =
+            |kind| Given { seat: Seat::Ground, flight: 4, kind, acts_s: 1.0, by_person: false };
+        people.given(&said(ClearanceKind::Hold));
+        assert!(may(&people));
+        people.given(&said(ClearanceKind::Taxi));
+        assert!(!may(&people), "he taxies");
     }
 }

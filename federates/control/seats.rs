@@ -48,6 +48,12 @@ fn sequence(departures: &mut Departures, now_s: f64, wanted: &[Wanted], may: &mu
     }
 }
 
+/// What is to be said because of alerts at seats whose models speak: a person decides himself, and what the flight wants of the others
+/// is not put off for it.
+fn by_models(says: Vec<Wanted>, is_taken: &dyn Fn(Seat) -> bool) -> Vec<Wanted> {
+    says.into_iter().filter(|w| !is_taken(Seat::of(w.kind, w.group))).collect()
+}
+
 /// What is wanted, with what is said because of alerts in the place of what the same flight wants.
 fn before_all(says: Vec<Wanted>, wanted: &[Wanted], may: &[bool]) -> (Vec<Wanted>, Vec<bool>) {
     let said = |w: &Wanted| says.iter().any(|s| s.flight == w.flight);
@@ -212,7 +218,7 @@ impl Seats {
             (&mut events, &mut advised),
         );
         if let Some(advisor) = &mut self.advisor {
-            let taken = self.people.has(Seat::Apron);
+            let taken = self.actors.is_taken(Seat::Apron);
             advised.extend(advisor.scan(now.s(), &wanted, taken, Some(&picture)));
             for (w, may) in wanted.iter().zip(&mut may) {
                 *may &= w.kind != ClearanceKind::Push || advisor.may_push(w.flight);
@@ -230,10 +236,12 @@ impl Seats {
             group_named(&network, name)
         };
         let says = self.reacts.look(now.s(), net, board, &flight, &group);
+        let says = by_models(says, &|seat| self.actors.is_taken(seat));
         let (seen, may) = before_all(says, &wanted, &may);
         all.extend(self.actors.scan_seen(now.s(), &seen, &may));
         for given in all {
             self.reacts.given(now.s(), given.flight, given.kind, net);
+            self.people.given(&given);
             match (given.kind, &mut self.departures) {
                 (ClearanceKind::Push, Some(d)) => d.pushed(given.flight, given.acts_s),
                 (ClearanceKind::TakeOff, Some(d)) => {
@@ -352,5 +360,22 @@ impl Seats {
         let (spoken, misheard) = self.actors.spoken();
         let seen = self.sight.as_ref().map(Sight::cost);
         events.push(SeatEvent::Counts { spoken, misheard, seen });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_person_is_to_say_because_of_an_alert_hides_nothing_that_a_flight_wants() {
+        let of = |kind| Wanted { flight: 3, kind, group: 0 };
+        let (says, wants) = (vec![of(ClearanceKind::Hold)], [of(ClearanceKind::Push)]);
+        let all = |taken: bool| {
+            let says = by_models(says.clone(), &|seat| taken && seat == Seat::Ground);
+            before_all(says, &wants, &[true]).0
+        };
+        assert_eq!(all(true), wants, "the apron pushes him, ground is a person's");
+        assert_eq!(all(false), says);
     }
 }

@@ -29,6 +29,12 @@ impl Actors {
         self.taken.remove(&seat);
     }
 
+    /// Whether the model of a seat says nothing: a person has it, or is awaited there.
+    #[must_use]
+    pub fn is_taken(&self, seat: Seat) -> bool {
+        self.taken.contains(&seat)
+    }
+
     /// What the person at a seat says at a time, s: spoken when the frequency is free, read back, acted upon. `None`: it was
     /// misheard and nobody noticed.
     ///
