@@ -17,7 +17,7 @@ import { keepLocal, readLocal } from "./local.js";
 import { Panes } from "./panes.js";
 import { runList } from "./runs.js";
 import { MapView } from "./map.js";
-import { clearanceFacts, StripPanel, stripsOf } from "./strips.js";
+import { clearanceFacts, StripPanel, stripsOf, withTargets } from "./strips.js";
 import { sidePanes } from "./sidepanes.js";
 import { playback } from "./playback.js";
 import { TimeLine } from "./time.js";
@@ -341,7 +341,7 @@ function selectNext(step) {
 function showStrips() {
   sayLine.show();
   if (!state.scan || (!lists.isShown("strips") && map.skin !== "controller" && !panes.has("strips"))) return;
-  const { flights: list, scan, traffic } = state;
+  const { flights: list, scan } = state, traffic = withTargets(state.traffic, page.seats.state);
   state.strips = stripsOf({ flights: list, scan, traffic, ground: map.situation, timeS: scan.timeS });
   for (const strip of state.strips) strip.act = page.seats.mine(strip.callsign).find((p) => p.asked) ?? null;
   for (const panel of strips) panel.show(state.strips, traffic, state.callsign);
@@ -372,7 +372,7 @@ function showTarget() {
   byId("target-name").textContent = name;
   byId("target").dataset.empty = String(!state.selected);
   byId("target-name").dataset.mark = target?.movement ?? "";
-  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller", map.stands.get(target?.callsign)), ...clearanceFacts(target, state.traffic, (s) => utc(state.run?.start_utc_ns, s))]);
+  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller", map.stands.get(target?.callsign)), ...clearanceFacts(target, withTargets(state.traffic, page.seats?.state), (s) => utc(state.run?.start_utc_ns, s))]);
   closeUp(byId("close-up"), map, target);
 }
 

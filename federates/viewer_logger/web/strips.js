@@ -79,6 +79,14 @@ export const TARGETS = [
   ["ctot_s", "CTOT", "Calculated take-off time: its slot"],
 ];
 
+/** The traffic with the target times of its movers: under controllers those are said with their positions, else with the traffic itself. */
+export function withTargets(traffic, positions) {
+  if (!traffic || !positions?.targets?.length) return traffic;
+  const said = new Map(positions.targets.map(({ callsign, ...times }) => [callsign, times]));
+  const known = (times) => Object.fromEntries(Object.entries(times ?? {}).filter(([, s]) => Number.isFinite(s)));
+  return { ...traffic, movers: traffic.movers.map((m) => (said.has(m.callsign) ? { ...m, targets: { ...said.get(m.callsign), ...known(m.targets) } } : m)) };
+}
+
 /** Target times in words; `time` makes a text of seconds. */
 export function targetText(targets, time) {
   return TARGETS.filter(([key]) => Number.isFinite(targets?.[key])).map(([key, name]) => `${name} ${time(targets[key])}`).join(", ");

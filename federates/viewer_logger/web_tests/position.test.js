@@ -9,7 +9,7 @@ import { paintPosition, runwayState } from "../web/position.js";
 import { Ground } from "../web/situation.js";
 import { targetFacts } from "../web/lists.js";
 import { labelLines } from "../web/traffic.js";
-import { baysOf, clearanceFacts, stripsOf, targetText, waitText } from "../web/strips.js";
+import { baysOf, clearanceFacts, stripsOf, targetText, waitText, withTargets } from "../web/strips.js";
 
 const track = (number, callsign, x = 0, y = 0, more = {}) => ({ id: `t${number}`, number, callsign, x, y, vx: 0, vy: 0, altitudeM: null, type: "aircraft", movement: "arrival", ...more });
 const scanOf = (...tracks) => ({ tracks, truth: [], plots: [] });
@@ -166,6 +166,17 @@ test("target times of a departure are on its strip and among its facts, those th
   assert.equal(targetText(null, String), "");
   const facts = clearanceFacts({ callsign: "D1" }, traffic, String).map(([name, value]) => `${name} ${value}`);
   assert.deepEqual(facts.filter((f) => /T /.test(f)), ["TOBT 60", "TSAT 120", "TTOT 660"]);
+});
+
+test("under controllers the target times are those that are said with their positions", () => {
+  const mover = (callsign, targets) => ({ callsign, phase: "parked", stand: "A_1", runway: "09", cleared: [], authority_m: [], planned_m: [], held: [], targets });
+  const traffic = { movers: [mover("D1", { tobt_s: null, tsat_s: null, ttot_s: null, ctot_s: 900 }), mover("D2", null), mover("D3", null)], runways: [] };
+  const positions = { seats: [], answers: [], targets: ["D1", "D2"].map((callsign) => ({ callsign, tobt_s: 60, tsat_s: 120, ttot_s: 660 })) };
+  const facts = (state, callsign) => clearanceFacts({ callsign }, withTargets(traffic, state), String).filter(([, , , what]) => /[Tt]arget|slot/.test(what)).map(([name, value]) => `${name} ${value}`);
+  assert.deepEqual(facts(positions, "D1"), ["TOBT 60", "TSAT 120", "TTOT 660", "CTOT 900"]);
+  assert.deepEqual(facts(positions, "D2"), ["TOBT 60", "TSAT 120", "TTOT 660"]);
+  assert.deepEqual([facts(positions, "D3"), facts(null, "D2")], [[], []]);
+  assert.equal(withTargets(null, positions), null);
 });
 
 test("greens, entry lights and take-off hold lights are drawn where they are lit, bars at their ends", () => {
