@@ -333,11 +333,6 @@ impl People {
         Ok(known)
     }
 
-    /// Whether a person has a seat.
-    pub(super) fn has(&self, seat: Seat) -> bool {
-        self.holders.contains_key(&seat)
-    }
-
     /// What can be said to a flight: what it asks for, or could do though nobody would ask for it; hold position, and taxi again
     /// after it; go around on final.
     fn possible(

@@ -77,7 +77,10 @@ impl Conductor {
     /// The conductor's own beat.
     #[must_use]
     pub fn own_beat(&self) -> Beat {
-        let seen = self.members.iter().map(|(n, m)| (n.clone(), m.inc, m.stream.seen()));
+        // Of the lost nothing more is asked for once their loss is settled.
+        let speaks = |m: &MemberEntry| m.alive || m.returning || self.views.is_open();
+        let members = self.members.iter().filter(|(_, m)| speaks(m));
+        let seen = members.map(|(n, m)| (n.clone(), m.inc, m.stream.seen()));
         Beat {
             fed: self.config.fed,
             run: self.run,

@@ -341,6 +341,21 @@ fn who_does_not_belong_is_refused_with_the_reason() {
     assert!(matches!(again, Welcome::Accepted(a) if a.inc == hand.incs[SMDFM]));
 }
 
+/// While a loss is settled others may still need what the lost one told; then its beat says nothing of it, so that nobody who returns
+/// asks for the words of an incarnation that is gone.
+#[test]
+fn the_conductors_beat_names_nobody_whose_loss_is_settled() {
+    let mut hand = Hand::running(Losses::default());
+    let names = |hand: &Hand| -> Vec<String> {
+        hand.conductor.own_beat().seen.into_iter().map(|(name, ..)| name).collect()
+    };
+    let all = names(&hand);
+    assert!(all.contains(&SMDFM.to_owned()) && all.contains(&WORLD.to_owned()), "{all:?}");
+    hand.lose_smdfm();
+    let left = names(&hand);
+    assert!(!left.contains(&SMDFM.to_owned()) && left.contains(&WORLD.to_owned()), "{left:?}");
+}
+
 #[test]
 fn who_returns_is_admitted_if_it_stands_as_the_lost_one_stood() {
     let right = Standing { frame: Some(3), made: 0, state: Some(33) };

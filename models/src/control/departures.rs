@@ -210,9 +210,10 @@ impl Departures {
             self.all[at].stand_wanted_s.map_or(f64::INFINITY, |s| s - self.habits.stand_before_s);
         let until_s = self.targets[at].map_or(f64::NEG_INFINITY, |t| t.tsat_s);
         let d = &self.all[at];
-        let opens_s = d
-            .ctot_s
-            .map_or(f64::NEG_INFINITY, |ctot_s| ctot_s - Rules::default().slot_before_s - d.exot_s);
+        let factor = self.runways.get(&d.runway).map_or(1.0, |r| mean_or(&r.factors, 1.0));
+        let opens_s = d.ctot_s.map_or(f64::NEG_INFINITY, |ctot_s| {
+            ctot_s - Rules::default().slot_before_s - factor * d.exot_s
+        });
         now_s >= until_s.min(opens_s.max(since_s + self.habits.most_s)).min(wanted_s)
     }
 

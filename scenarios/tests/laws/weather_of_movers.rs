@@ -264,6 +264,7 @@ fn nobody_takes_off_before_a_landing_towards_him(
 ) {
     let flights = held.core.flights();
     let times = on_runways(samples, held);
+    assert_eq!(times.len(), flights.len(), "{name}: all are seen on a runway");
     let towards = |m: usize| {
         let (r, end) = flights[m].runway;
         (network.runways[r].ends_m[1 - end] - network.runways[r].ends_m[end]).normalize()
@@ -303,7 +304,8 @@ fn opposite_ends_that_a_scene_names_serve_both_sides() {
             let remarks = held.core.remarks();
             let around = remarks.iter().filter(|r| r.text.contains("goes around")).count();
             let arrivals = held.core.flights().iter().filter(|f| f.direction == Direction::Arrival);
-            assert!(around <= arrivals.count(), "{name}: {around} go-arounds");
+            let most = if airport == "LSZH" { arrivals.count() * 2 / 3 + 1 } else { 2 };
+            assert!(around <= most, "{name}: {around} go-arounds");
             let network = &scene.traffic.behaving.as_ref().expect("behaves").network;
             nobody_takes_off_before_a_landing_towards_him(&name, network, &samples, &held);
         }
