@@ -6,7 +6,7 @@ use models::airport::Airport;
 use models::control::clearance::ClearanceKind;
 use models::draw::{DrawKey, Purpose, uniform};
 use models::traffic::check::{Checker, Given, Row, Rules, Seen, TypeLimits, Who};
-use models::traffic::core::{Core, Day, Flight, Notice, Order};
+use models::traffic::core::{Core, Day, Flight, Notice, Order, Phase};
 
 /// What is done and looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,6 +117,28 @@ pub fn hour(
             until_s: c.until_s.unwrap_or(f64::INFINITY),
         })
     });
-    let rows = checker.finish(&given.collect::<Vec<_>>());
+    let mut rows = checker.finish(&given.collect::<Vec<_>>());
+    rows.push(left_open(&core));
     Some(Held { core, rows, served_s, frames })
+}
+
+/// Clearances of who has arrived or left: he needs none, and one that stays open contradicts those of others.
+fn left_open(core: &Core) -> Row {
+    let served = |f: usize| matches!(core.phase(f), Phase::Docked | Phase::Gone);
+    let of: Vec<_> = core.clearances().iter().filter(|c| served(c.flight)).collect();
+    let open = of.iter().filter(|c| c.until_s.is_none());
+    let cases: Vec<String> = open
+        .map(|c| {
+            let who = &core.flights()[c.flight].callsign;
+            format!("{who}: {} {} of {:.0} s", c.kind, c.runway, c.from_s)
+        })
+        .collect();
+    Row {
+        name: "clearances left open",
+        value: cases.len() as f64,
+        goal: "0".into(),
+        kept: cases.is_empty(),
+        of: of.len() as u64,
+        cases,
+    }
 }

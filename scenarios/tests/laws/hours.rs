@@ -36,6 +36,16 @@ fn every_airport_keeps_what_traffic_has_to_keep_at_every_frame() {
     }
 }
 
+/// Who was cleared over 10/28 and 16/34, whose strips touch, was cleared over 16/34 for the rest of the hour: every landing there
+/// contradicted it (5 to 7 conflicts of clearances an hour).
+#[test]
+fn a_crossing_of_two_runways_ends_for_both() {
+    let held = held("LSZH", 15, 60, 0.0, 1, "planned");
+    assert_eq!(held.broken(), Vec::<String>::new());
+    let crosses = held.core.clearances().iter().filter(|c| c.kind == "CRO");
+    assert!(crosses.clone().count() >= 10 && crosses.clone().any(|c| c.runway == "16/34"));
+}
+
 /// Wide bodies over the right-angled bends of XSYN: the arc of 45 m is 13.2 m from both edges, and 0.6 to 1 % of the samples were
 /// beyond 11.5 m of these.
 #[test]

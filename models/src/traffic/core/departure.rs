@@ -503,9 +503,7 @@ impl Core {
             if i >= mover.next || !(height > 15.0 || mover.s > mover.way.ends_m[i] + behind) {
                 break;
             }
-            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            self.release(m, z, roll);
-            self.movers[m].first_held += 1;
+            self.leave_first_held(m);
         }
         if height > 15.0 {
             self.vacate(m);

@@ -108,17 +108,10 @@ impl Core {
             {
                 break;
             }
-            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            let of = |z: u32| self.pieces.list[z as usize].strip;
-            let (strip, then) = (of(z), of(mover.way.pieces[i + 1]));
-            // Who leaves at a side from which he comes back over the runway may have taken that, too.
-            let again = mover.way.pieces[i + 1..mover.next].iter().any(|z| of(*z) == strip);
-            self.release(m, z, roll);
-            self.movers[m].first_held += 1;
+            let of = |k: usize| self.pieces.list[mover.way.pieces[k] as usize].strip;
+            let (strip, then) = (of(i), of(i + 1));
+            self.leave_first_held(m);
             if let Some(r) = strip.filter(|_| strip != then) {
-                if !again {
-                    self.end_crossing(m, r);
-                }
                 // Who departs may have its own runway before its tail is over one that it crosses.
                 let lands = self.flights[m].direction == Direction::Arrival;
                 if then.is_none() && (lands || r == self.flights[m].runway.0) {
@@ -127,6 +120,24 @@ impl Core {
                 }
             }
         }
+    }
+
+    /// Gives back the first piece that it holds; it has crossed the runways in whose strips, or over whose pavement, it holds no other.
+    pub(super) fn leave_first_held(&mut self, m: usize) {
+        let mover = &self.movers[m];
+        let (i, of) =
+            (mover.first_held, |k: usize| &self.pieces.list[mover.way.pieces[k] as usize]);
+        let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
+        let mut crossed: Vec<usize> = of(i).strip.into_iter().chain(of(i).over).collect();
+        if !crossed.is_empty() {
+            // Who leaves at a side from which he comes back over a runway may have taken that, too; his roll is cleared by itself.
+            let ahead = (i + 1..mover.next).filter(|k| !mover.way.roll.contains(k)).map(of);
+            let ahead: Vec<usize> = ahead.flat_map(|p| p.strip.into_iter().chain(p.over)).collect();
+            crossed.retain(|r| !ahead.contains(r));
+        }
+        self.release(m, z, roll);
+        self.movers[m].first_held += 1;
+        crossed.into_iter().for_each(|r| self.end_crossing(m, r));
     }
 
     /// From a place of its way, a speed, an acceleration and a slip to standing at its end, alone, s: driven with the same
