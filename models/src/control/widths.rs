@@ -5,8 +5,9 @@ use crate::airport::distance_to_segment_m;
 use crate::frames::Point2;
 use crate::traffic::network::Network;
 
-/// Least width of a runway by code letter, A to F, m (Annex 14 of ICAO, from memory: the least of its code numbers).
-const LEAST_RUNWAY_M: [f64; 6] = [18.0, 18.0, 30.0, 45.0, 45.0, 45.0];
+/// Least width of a runway by code letter, A to F, m (Annex 14 of ICAO, from memory: the least of its code numbers). Nobody is smaller
+/// than A: a runway of 10 m that is used at all is wide enough for it.
+const LEAST_RUNWAY_M: [f64; 6] = [0.0, 18.0, 30.0, 45.0, 45.0, 45.0];
 /// Widths in files are rounded, m.
 const ROUNDED_M: f64 = 1.0;
 /// A point of a way is on every edge that is nearer than this, m (assumed): at junctions the widest counts.
@@ -50,7 +51,8 @@ mod tests {
 
     #[test]
     fn a_runway_is_wide_enough_for_its_letters_and_those_below() {
-        for (width_m, widest) in [(18.0, 1), (23.0, 1), (29.5, 2), (30.0, 2), (44.0, 5), (45.0, 5)]
+        for (width_m, widest) in
+            [(9.0, 0), (18.0, 1), (23.0, 1), (29.5, 2), (30.0, 2), (44.0, 5), (45.0, 5)]
         {
             for code in 0..6 {
                 assert_eq!(
