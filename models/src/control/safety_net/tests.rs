@@ -584,6 +584,47 @@ fn a_cleared_landing_is_on_final_to_its_runway() {
     assert_eq!(finals(Some((0, 0)))[50], Some(1));
 }
 
+/// Who is over the threshold of his runway, still in the air, is not on final to another whose threshold lies a kilometre farther on (at
+/// Osnova an information "without landing clearance" in every other landing).
+#[test]
+fn who_is_over_his_runway_is_on_final_to_no_other() {
+    for (beside_m, on_m) in [(100.0, 1200.0), (-90.0, 600.0)] {
+        let mut layout = layout();
+        let ends = [Point2::new(beside_m, on_m), Point2::new(beside_m, 3000.0)];
+        layout.runways.extend(RunwayAxis::new(["36R".into(), "18L".into()], ends, 45.0, 90.0));
+        let mut net = SafetyNet::new(layout, Parameters::default());
+        let mut board = Board::default();
+        board.give(Clearance {
+            callsign: Callsign::new("ABC1"),
+            kind: ClearanceKind::Land,
+            runway: Some((0, Some(0))),
+            place_m: None,
+            from: SimTime::from_s(0.0),
+            until: None,
+        });
+        for second in 1..=60_u32 {
+            let t = f64::from(second);
+            board.advance(SimTime::from_s(t));
+            // Over the threshold at 15 m, on the ground 290 m behind it.
+            let y = -2000.0 + 70.0 * t;
+            let mut lands = target(3, "ABC1", (0.0, y), (0.0, 70.0), second);
+            lands.altitude_m = Some((15.0 - 0.052 * y).max(0.0));
+            let scan = Scan {
+                now: SimTime::from_s(t),
+                targets: &[lands],
+                board: &board,
+                bars: &[],
+                areas: &[],
+                low_visibility: false,
+            };
+            let raised = net.scan(&scan).iter().map(|c| c.1.condition.kind.word());
+            assert_eq!(raised.collect::<Vec<_>>(), Vec::<String>::new(), "at {y} m");
+            let on_final = net.surveillance().situations()[0].on_final.map(|f| f.runway);
+            assert_eq!(on_final, (y <= 0.0).then_some(0), "at {y} m");
+        }
+    }
+}
+
 /// An echo of one who lands begins a few seconds before the threshold: nobody comes from nowhere.
 #[test]
 fn a_track_without_a_name_that_begins_on_short_final_does_not_land() {

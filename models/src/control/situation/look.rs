@@ -323,6 +323,10 @@ impl<'a> Look<'a> {
                     if cleared(r, end) {
                         its_own = here;
                     }
+                } else if self.within(r, s, 0.0) && d.abs() <= side_m && d.abs() < nearest {
+                    // Over this one: another whose threshold lies farther on is not his.
+                    nearest = d.abs();
+                    situation.on_final = None;
                 }
             }
         }
