@@ -112,8 +112,9 @@ struct Mover {
     kept: Vec<u32>,
     /// Stands with its nose to the lane: it leaves without a pushback.
     turned: bool,
-    /// Where it is towed to, out of a stand from which nothing leads away.
+    /// Where it is towed to, out of a stand from which nothing leads away; and the stands that it was towed out of.
     tow_to: Option<usize>,
+    towed_from: Vec<usize>,
     /// Where a vehicle drives to: stand, and the pieces under it there.
     goal: Option<(usize, Vec<u32>)>,
     /// How far short of its place on the stand it stands, m: who has driven there.
@@ -646,6 +647,7 @@ impl Mover {
             kept: Vec::new(),
             turned: false,
             tow_to: None,
+            towed_from: Vec::new(),
             goal: None,
             stands_short_m: 0.0,
             drives: 0,

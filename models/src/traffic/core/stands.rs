@@ -238,12 +238,13 @@ impl Core {
     }
 
     pub(super) fn appear_on_stand(&mut self, m: usize, f: &Flight) {
-        if self.movers[m].tow_to.is_some() {
-            if let Some((stand, _)) = self
-                .free_stands(m, 6)
-                .into_iter()
-                .find(|s| self.movers[m].tow_to == Some(s.0) || s.0 != f.stand)
-            {
+        if let Some(to) = self.movers[m].tow_to {
+            let pieces = self.pieces_of_stand(to, f.size);
+            let found = match self.stand_is_free(m, to, &pieces) {
+                true => Some(to),
+                false => self.free_stands(m, 6).into_iter().map(|s| s.0).find(|s| *s != f.stand),
+            };
+            if let Some(stand) = found {
                 self.movers[m].tow_to = None;
                 self.park(m, stand);
             }

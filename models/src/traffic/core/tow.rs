@@ -5,6 +5,8 @@ use super::{Core, Phase};
 
 /// Who has found no way for so long has those towed off who stand on it and have no next flight, s (assumed).
 pub(super) const TOWED_OFF_S: f64 = 120.0;
+/// Of so many free stands the first is taken from which a way leads on.
+const MOST_LOOKED_AT: usize = 12;
 
 impl Core {
     /// Its pushback is kept up by somebody who stands on his stand: he is towed off as where there is no way, or it is itself.
@@ -70,11 +72,14 @@ impl Core {
         }
     }
 
-    /// Nothing has led away for long: it is towed to another stand, where it is again two minutes later.
+    /// Nothing has led away for long: it is towed to another stand, where it is again two minutes later; to one from which a way leads
+    /// to its runway now, where there is one, and back to where it was towed from only where nothing else is left.
     pub(super) fn tow_elsewhere(&mut self, m: usize) -> bool {
         let here = self.movers[m].stand;
-        let found = self.free_stands(m, 6).into_iter().find(|(s, _)| *s != here);
-        let Some((stand, _)) = found else { return false };
+        let free = self.free_stands(m, MOST_LOOKED_AT).into_iter().map(|s| s.0);
+        let free: Vec<usize> = free.filter(|s| *s != here).collect();
+        let left = self.movers[m].towed_from.clone();
+        let Some(stand) = tows_to(&free, &left, |s| self.leads_away(m, s)) else { return false };
         let [from, to] = [here, stand].map(|s| self.net.stands[s].name.clone());
         let name = &self.flights[m].callsign;
         self.remark(format!("{name}: nothing leads away from stand {from}, towed to {to}"));
@@ -82,9 +87,22 @@ impl Core {
         let mover = &mut self.movers[m];
         mover.phase = Phase::Absent;
         mover.tow_to = Some(stand);
+        mover.towed_from.push(here);
         mover.waits_since_s = None;
         mover.next_try_s = self.time_s + 120.0;
         true
+    }
+
+    /// Whether a pushback and a way lead from a stand to a departure's runway, among all who stand now.
+    fn leads_away(&mut self, m: usize, stand: usize) -> bool {
+        let old = self.movers[m].clone();
+        let told = self.remarks.len();
+        self.movers[m].stand = stand;
+        let (closed, easy) = (self.closed(m), vec![false; 2 * self.net.edges.len()]);
+        let found = self.plan_departure(m, &closed, &easy, &[]);
+        self.movers[m] = old;
+        self.remarks.truncate(told);
+        found
     }
 
     /// No way leads to a stand that is free: those without a next flight who stand on the one that there is on an empty airport are
@@ -119,5 +137,32 @@ impl Core {
         ));
         self.leave_stand(oldest);
         self.free_stand(m)
+    }
+}
+
+/// Of free stands, best first, the one to tow to: one from which a way leads on, else one that it has not left, else the best.
+fn tows_to(
+    free: &[usize],
+    left: &[usize],
+    mut leads_away: impl FnMut(usize) -> bool,
+) -> Option<usize> {
+    let free = || free.iter().copied();
+    let leads = free().find(|s| leads_away(*s));
+    leads.or_else(|| free().find(|s| !left.contains(s))).or_else(|| free().next())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At Osnova a departure went to and fro between two stands from which nothing led away (six times in half an hour), and two stands
+    /// farther a way was open.
+    #[test]
+    fn a_tow_ends_where_a_way_leads_on_and_not_where_it_began() {
+        assert_eq!(tows_to(&[3, 4, 5], &[], |s| s == 5), Some(5));
+        assert_eq!(tows_to(&[3, 4, 5], &[3], |_| false), Some(4));
+        assert_eq!(tows_to(&[3, 4], &[3], |s| s == 3), Some(3), "there is a way by now");
+        assert_eq!(tows_to(&[3, 4], &[4, 3], |_| false), Some(3));
+        assert_eq!(tows_to(&[], &[3], |_| true), None);
     }
 }
