@@ -97,6 +97,9 @@ struct Runway {
 const QUEUES_S: f64 = 90.0;
 const BEFORE_SLOT_S: f64 = 180.0;
 
+/// Who has asked is in a plan within so long, s (every five seconds when somebody new asks).
+const UNPLANNED_S: f64 = 10.0;
+
 /// Ways to the line that are averaged.
 const AVERAGED: usize = 5;
 
@@ -208,7 +211,8 @@ impl Departures {
         let Stage::Asks(since_s) = self.stages[at] else { return true };
         let wanted_s =
             self.all[at].stand_wanted_s.map_or(f64::INFINITY, |s| s - self.habits.stand_before_s);
-        let until_s = self.targets[at].map_or(f64::NEG_INFINITY, |t| t.tsat_s);
+        // Who asks before the first plan waits for it: the runway may be full for an hour.
+        let until_s = self.targets[at].map_or(since_s + UNPLANNED_S, |t| t.tsat_s);
         let d = &self.all[at];
         let factor = self.runways.get(&d.runway).map_or(1.0, |r| mean_or(&r.factors, 1.0));
         let opens_s = d.ctot_s.map_or(f64::NEG_INFINITY, |ctot_s| {
@@ -346,6 +350,13 @@ mod tests {
         wanted[19].stand_wanted_s = Some(400.0);
         manager = self::manager(2, &wanted);
         assert!(!manager.may_push(19, 200.0) && manager.may_push(19, 220.0));
+        // Those who are due when the run begins ask before anything was planned.
+        let mut early = Departures::new(Habits::default(), all.clone());
+        all.iter().for_each(|d| early.asks(d.flight, 0.0));
+        assert_eq!(held(&early, 0.0), 20);
+        assert_eq!(held(&early, UNPLANNED_S), 0, "nobody plans");
+        early.scan(5.0);
+        assert_eq!(held(&early, 5.0), 13);
         // Whom it does not know it does not hold.
         assert!(manager.may_push(77, 0.0) && manager.milestones(77).is_none());
     }
