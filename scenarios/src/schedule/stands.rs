@@ -96,8 +96,8 @@ struct Stands<'a> {
     order: Vec<usize>,
     leaves_as: Vec<Option<usize>>,
     comes_as: Vec<Option<usize>>,
-    /// Known already: stands by runway end, type and direction; whether somebody of a size on a stand leaves the lanes free.
-    reached: BTreeMap<(String, String, bool), [Vec<bool>; 2]>,
+    /// Known already: stands by runway end, type, direction and number of the day's weather; whether somebody of a size on a stand leaves the lanes free.
+    reached: BTreeMap<(String, String, bool, usize), [Vec<bool>; 2]>,
     clear_of: BTreeMap<(usize, u64, u64), bool>,
 }
 
@@ -170,7 +170,8 @@ impl<'a> Stands<'a> {
         arrival: bool,
     ) -> [Vec<bool>; 2] {
         let (ground, types) = (self.ground, self.types);
-        let key = (name.to_owned(), designator.to_owned(), arrival);
+        let day = ground.days.iter().rposition(|d| d.0 <= time_s).unwrap_or(0);
+        let key = (name.to_owned(), designator.to_owned(), arrival, day);
         let found = self.reached.entry(key).or_insert_with(|| {
             let network = ground.network;
             let (Some(end), Some(row)) = (end_named(network, name), types.get(designator)) else {
