@@ -329,7 +329,7 @@ impl Sensor for Asde {
             work.occluding.fill(&mut work.traffic);
             work.traffic.finish();
         }
-        let far_m = self.parameters.unambiguous_m();
+        let far_m = self.parameters.second_trace_from_m();
         let firsts = work.looks.iter().filter(|look| look.number == 0);
         for (placed, look) in work.assignment.placed.iter_mut().zip(firsts) {
             placed.shadowed = shadows && work.occluding.may_shadow(look, self.site_m);

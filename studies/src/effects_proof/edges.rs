@@ -148,6 +148,7 @@ impl Edge {
             Self::SecondTrace => {
                 let Some((_, place, ..)) = scene.truth.list.first() else { return };
                 let p = &mut scene.parameters;
+                p.frequency_agile = false;
                 p.prf_hz *= p.unambiguous_m() / (place.xy().coords.norm() * g.between(0.3, 1.2));
                 p.range_max_m = 0.99 * p.unambiguous_m();
                 p.range_min_m = p.range_min_m.min(0.5 * p.range_max_m).max(p.blind_m());

@@ -123,7 +123,7 @@ impl Asde {
     /// By how much an echo from `slant_m` appears nearer than it is: whole unambiguous ranges.
     pub(super) fn folded_m(&self, levels: &RadarLevels, slant_m: f64) -> f64 {
         let unambiguous = self.parameters.unambiguous_m();
-        if levels.second_trace && slant_m > unambiguous {
+        if levels.second_trace && slant_m > self.parameters.second_trace_from_m() {
             (slant_m / unambiguous).floor() * unambiguous
         } else {
             0.0

@@ -103,7 +103,8 @@ pub struct AsdeParameters {
     pub azimuth_step_deg: f64,
     /// Height above the surface that the extractor assumes when it turns slant into ground range, m.
     pub assumed_height_m: f64,
-    /// Whether the carrier hops from pulse to pulse, so that rain clutter averages like noise.
+    /// Whether the carrier hops from pulse to pulse, so that rain clutter averages like noise and echoes of the pulse before, at
+    /// another carrier than the receiver's, are not heard.
     pub frequency_agile: bool,
     /// Velocity spread of the rain, m/s (decorrelation without hopping).
     pub rain_spread_mps: f64,
@@ -270,6 +271,13 @@ impl AsdeParameters {
     #[must_use]
     pub fn unambiguous_m(&self) -> f64 {
         0.5 * SPEED_OF_LIGHT / self.prf_hz
+    }
+
+    /// Slant range beyond which echoes are heard as those of the next pulse, m; infinite where that pulse has another carrier
+    /// (Skolnik: pulse-to-pulse agility removes second-time-around echoes).
+    #[must_use]
+    pub fn second_trace_from_m(&self) -> f64 {
+        if self.frequency_agile { f64::INFINITY } else { self.unambiguous_m() }
     }
 
     /// Expected false alarms per second: cells within the display range times their probability.

@@ -136,6 +136,9 @@ fn called_for(
         E::Ghosts => format!("{} facades that face the radar", radar.facades.len()),
         E::Merging if facts.pairs => "targets that may share a cell".to_owned(),
         E::Merging => "no two targets near one cell".to_owned(),
+        E::SecondTrace if p.frequency_agile => {
+            "the carrier hops: echoes of the pulse before are not heard".to_owned()
+        }
         E::SecondTrace => format!("unambiguous to {:.0} m", p.unambiguous_m()),
         E::Processing => match radar.processing {
             Some(asked) => format!("the scene asks for \"{}\"", asked.name()),

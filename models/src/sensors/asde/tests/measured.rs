@@ -134,13 +134,19 @@ fn an_echo_from_beyond_the_unambiguous_range_appears_nearer() {
     // 20 kHz: 7.49 km. A landing aircraft at 8.5 km appears at about 1 km.
     let mut truth = Straight::new(&[((0.0, 8500.0), (0.0, 0.0))]);
     truth.class.rcs_m2 = 1e4;
-    let mut radar = asde(|p| p.pfa = 1e-12);
-    let mut out = PlotSink::default();
-    for scan in 1..=5 {
-        radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
-    }
-    assert!(!out.plots.is_empty());
-    let range_m = out.plots[0].polar.expect("a radar's plot").range_m;
+    let plots = |frequency_agile| {
+        let mut radar = asde(|p| (p.pfa, p.frequency_agile) = (1e-12, frequency_agile));
+        let mut out = PlotSink::default();
+        for scan in 1..=5 {
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
+        }
+        out.plots
+    };
+    // Where the carrier hops, the receiver listens at that of the next pulse.
+    assert!(plots(true).is_empty());
+    let plots = plots(false);
+    assert!(!plots.is_empty());
+    let range_m = plots[0].polar.expect("a radar's plot").range_m;
     assert!((range_m - (8500.0 - 7494.8)).abs() < 5.0, "{range_m}");
 }
 
