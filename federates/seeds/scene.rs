@@ -95,18 +95,19 @@ fn check(file: &str, as_json: bool, strict: bool) -> ExitCode {
         Ok((scene, found)) => {
             let lines: Vec<String> = found.iter().map(|w| line(&path, w)).collect();
             let remarks = scene.traffic.behaving.as_ref().map_or(&[][..], |b| &b.remarks);
-            let turns = remarks.iter().filter(|r| r.starts_with("the wind turns"));
-            let turns: Vec<&String> = turns.collect();
+            let told = ["the wind turns", "opposite ends", "closed runway"];
+            let notes = remarks.iter().filter(|r| told.iter().any(|word| r.starts_with(word)));
+            let notes: Vec<&String> = notes.collect();
             if as_json {
                 let of = |w: &Warning| json!({"number": w.word(), "file": path, "line": w.line, "key": w.key, "text": w.text});
                 let warnings: Vec<_> = found.iter().map(of).collect();
                 out!(
                     "{}",
-                    json!({"file": path, "errors": [], "warnings": warnings, "read": scene.warnings, "notes": turns})
+                    json!({"file": path, "errors": [], "warnings": warnings, "read": scene.warnings, "notes": notes})
                 );
             } else {
                 scene.warnings.iter().chain(&lines).for_each(|line| out!("{line}"));
-                turns.iter().for_each(|note| out!("{}: note: {note}", path.display()));
+                notes.iter().for_each(|note| out!("{}: note: {note}", path.display()));
                 let (movers, sensors) = (scene.traffic.entities.len(), scene.sensors.len());
                 let count = scene.warnings.len() + lines.len();
                 out!("{}: {movers} movers, {sensors} sensors, {count} warnings", path.display());

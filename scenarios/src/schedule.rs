@@ -24,6 +24,7 @@ pub(crate) use ends::TO_THE_END_S;
 pub(crate) use flights::flight_of;
 pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};
+use models::airport::Airport;
 use models::control::lights::FailedBars;
 use models::flight_list::{FlightEntry, MovementKind};
 use models::frames::Point2;
@@ -219,7 +220,7 @@ pub(crate) fn read(
         return Ok((None, added));
     }
     let network = Network::of(&airport.layout);
-    let lasts = |[from, until]: [SimTime; 2]| from <= SimTime::ZERO && until.0 == i64::MAX;
+    let lasts = |[from, until]: [SimTime; 2]| from <= SimTime::ZERO && until >= run.duration;
     let closed = |r: &NetRunway| {
         let own = airport.layout.runways.iter().filter(|own| own.names == r.names);
         own.flat_map(|own| airport.layout.details.closed_runways(own)).any(lasts)
@@ -347,6 +348,7 @@ pub(crate) fn read(
             added.entities.push(entity);
         }
     }
+    remarks.extend(on_closed(&airport.layout, &network, &flights));
     let first = first_entity + flights.len();
     let draws = (run.site, run.seed, first);
     if control.policy != Policy::Planned && !driving.is_empty() {
@@ -457,4 +459,27 @@ pub(crate) fn stand_named(network: &Network, name: &str) -> Option<usize> {
         let first = same.next()?;
         same.next().is_none().then_some(first)
     })
+}
+
+/// Flights that are given a runway at a time at which it is closed: whoever named it wants them, or has not seen it.
+fn on_closed(airport: &Airport, network: &Network, flights: &[Flight]) -> Vec<String> {
+    let closures = airport.runways.iter().flat_map(|own| {
+        airport.details.closed_runways(own).map(move |[from, until]| (&own.names, from, until))
+    });
+    let told = closures.filter_map(|(names, from, until)| {
+        let there = |f: &&Flight| {
+            let time = SimTime::from_s(f.time_s);
+            network.runways[f.runway.0].names == *names && from <= time && time < until
+        };
+        let count = flights.iter().filter(there).count();
+        let until = match until.0 {
+            i64::MAX => "the end".to_owned(),
+            _ => format!("{:.0} s", until.s()),
+        };
+        (count > 0).then(|| {
+            let (name, from) = (names.join("/"), from.s().max(0.0));
+            format!("closed runway: {count} flights are due on {name}, closed from {from:.0} s to {until}")
+        })
+    });
+    told.collect()
 }

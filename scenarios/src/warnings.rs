@@ -286,6 +286,9 @@ fn idle(
         let nothing = scene.control.sees != Sees::Tracks;
         let with = "with sees = \"tracks\"";
         let bars = !scene.control.stop_bars;
+        // Recorded movements go where they went.
+        let recorded = scene.traffic.behaving.is_none();
+        let behaves = "with [[traffic]] of kind \"generated\" or \"schedule\"";
         note(
             &control,
             &[
@@ -294,6 +297,11 @@ fn idle(
                 (scene.control.shift.is_none(), "shift", "with sequence = \"cps\""),
                 (!scene.control.seats.any(), "fallback", "with a seat that is \"human\""),
                 (nothing || bars, "bar_margin_m", "with sees = \"tracks\" and stop_bars = true"),
+                (recorded, "policy", behaves),
+                (recorded, "greens", behaves),
+                (recorded, "sequence", behaves),
+                (recorded, "wake", behaves),
+                (recorded, "seats", behaves),
             ],
         );
     }

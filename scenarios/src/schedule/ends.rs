@@ -1,8 +1,9 @@
 //! Which runway ends a demand uses when: those that the scene or the layout names, else by the wind (traffic.md 8.4).
 
-use super::reach::{Ground, default_ends, direction_of};
+use super::reach::{Ground, default_ends, direction_of, end_named};
 use crate::types::TypeRow;
 use models::control::runway_choice::{Configuration, WindLimits, choose};
+use models::traffic::network::Network;
 
 /// Ends for landings and take-offs, from a time on.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +64,16 @@ pub(super) fn by_the_wind(
 }
 
 impl Ends {
+    /// Ends of one runway of which landings use one, and take-offs the other: landing, leaving.
+    pub(super) fn head_on(&self, network: &Network) -> Vec<[String; 2]> {
+        let pairs = self.landing.iter().flat_map(|a| self.leaving.iter().map(move |d| [a, d]));
+        let other_end = |[a, d]: &[&String; 2]| {
+            let of = |name: &str| end_named(network, name);
+            of(a).zip(of(d)).is_some_and(|(a, d)| a.0 == d.0 && a.1 != d.1)
+        };
+        pairs.filter(other_end).map(|pair| pair.map(String::clone)).collect()
+    }
+
     /// The ends of who lands at a time, and when he does: nobody lands while they change.
     pub(super) fn of_landing(all: &[Self], time_s: f64) -> (&Self, f64) {
         let n = all.iter().rposition(|e| e.from_s <= time_s).unwrap_or(0);

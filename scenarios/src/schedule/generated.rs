@@ -4,7 +4,7 @@ use super::Wanted;
 use super::drawn::{Drawn, Mix, of_mix};
 use super::ends::{Ends, by_the_wind};
 use super::rates::Rates;
-use super::reach::{Ground, lacks_m};
+use super::reach::{Ground, end_named, lacks_m};
 use super::stands::{Allotted, allotted};
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
@@ -69,6 +69,11 @@ pub(super) fn generated(
     }
     let named = |key: &str, known: &[String]| -> Result<Vec<String>, ScenarioError> {
         let given: Vec<String> = section.texts(key)?.into_iter().map(|(n, _)| n).collect();
+        if let Some(found) = given.iter().find(|n| end_named(network, n).is_none()) {
+            let ends = network.runways.iter().flat_map(|r| r.names.iter().map(String::as_str));
+            let allowed = crate::document::one_of(found, &ends.collect::<Vec<_>>());
+            return Err(section.refuse(key, Problem::NotAllowed { found: found.clone(), allowed }));
+        }
         Ok(if given.is_empty() { known.to_vec() } else { given })
     };
     let landing = named("arrival_runways", &in_use[0])?;
@@ -151,6 +156,15 @@ pub(super) fn generated(
             "the wind turns: from {:.0} s on landings on {}, take-offs from {}",
             e.from_s, both[0], both[1]
         ));
+    }
+    let both_ways = arrivals.any() && departures.any();
+    for e in ends.iter().filter(|_| both_ways) {
+        remarks.extend(e.head_on(network).into_iter().map(|[landing, leaving]| {
+            format!(
+                "opposite ends: landings on {landing} come towards take-offs from {leaving}, about half as many are served (from {:.0} s on)",
+                e.from_s
+            )
+        }));
     }
     let kinds = [(Direction::Arrival, &arrivals), (Direction::Departure, &departures)];
     for (kind, (direction, rates)) in kinds.into_iter().enumerate() {

@@ -161,3 +161,52 @@ fn a_gale_from_the_side_takes_another_runway() {
         }
     }
 }
+
+/// What a scene says of its ends is looked at also where nobody comes of its demand, and what is silly about it is told.
+#[test]
+fn ends_that_a_scene_names_are_looked_at() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("named-ends");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let read = |airport: &str, duration_s: u32, keys: &str| {
+        let text = format!(
+            "[run]\ntitle = \"t\"\nduration_s = {duration_s}\n[airport]\n{airport}\n[[traffic]]\nkind = \"generated\"\n\
+             arrivals_per_h = 15\ndepartures_per_h = 15\n{keys}\n"
+        );
+        let scene = scenarios::load_text(&folder.join("scene.toml"), &text);
+        scene
+            .map(|s| s.traffic.behaving.expect("behaves").remarks.clone())
+            .map_err(|e| e.to_string())
+    };
+    let told = |remarks: &[String], word: &str| {
+        remarks.iter().filter(|r| r.starts_with(word)).cloned().collect::<Vec<_>>()
+    };
+    for (icao, lands, leaves, other) in
+        [("EGCC", "23R", "05L", "23L"), ("LSZH", "28", "10", "32"), ("LZIB", "31", "13", "22")]
+    {
+        let layout = format!("layout = \"{}\"", layout_of(icao).expect(icao));
+        let keys = |lands: &str, leaves: &str| {
+            format!("arrival_runways = [\"{lands}\"]\ndeparture_runways = [\"{leaves}\"]")
+        };
+        for unknown in [keys("99", leaves), keys(lands, "99")] {
+            let error = read(&layout, 60, &unknown).expect_err("no such end");
+            assert!(error.contains("_runways: found \"99\", allowed is"), "{icao}: {error}");
+        }
+        let opposite = read(&layout, 1800, &keys(lands, leaves)).expect("legal");
+        let opposite = told(&opposite, "opposite ends");
+        assert!(opposite.len() == 1 && opposite[0].contains(leaves), "{icao}: {opposite:?}");
+        let open = read(&layout, 1800, &keys(lands, other)).expect("legal");
+        assert_eq!(told(&open, "opposite ends"), Vec::<String>::new(), "{icao}");
+        assert_eq!(told(&open, "closed runway"), Vec::<String>::new(), "{icao}");
+        // Closed for a while, for the whole run, and after it.
+        for (times, count) in
+            [("from_s = 300\nuntil_s = 1500", 1), ("", 1), ("from_s = 1800\nuntil_s = 3000", 0)]
+        {
+            let closed = format!("[[closed]]\nrunway = \"{lands}\"\n{times}\n");
+            std::fs::write(folder.join("closed.toml"), closed).expect("an overlay");
+            let airport = format!("{layout}\noverlay = \"closed.toml\"");
+            let remarks = read(&airport, 1800, &keys(lands, other)).expect("legal");
+            assert_eq!(told(&remarks, "closed runway").len(), count, "{icao} {times}: {remarks:?}");
+        }
+    }
+    std::fs::remove_dir_all(&folder).expect("removed");
+}

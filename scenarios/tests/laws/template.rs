@@ -107,6 +107,7 @@ fn what_is_silly_is_said_with_number_line_and_cure_and_can_be_silenced() {
             "[control]\nbar_margin_m = 2\nsees = \"tracks\"\n[tracking]\n",
             "stop_bars",
         ),
+        ("[tracking]\n", "[control]\nsequence = \"cps\"\n[tracking]\n", "generated"),
         (radar, "parameters = \"ku_asde3\"\noverrides = { pd = 0.8 }\n", "threshold"),
         (
             radar,
