@@ -12,5 +12,6 @@ pub mod operator;
 pub mod repeated;
 pub mod seats;
 pub mod stamp;
+pub mod stands;
 pub mod weather_notice;
 pub mod weather_pdu;

@@ -4,6 +4,7 @@ use super::board::Board;
 use super::listen::{ForeignEar, HeardLink};
 use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
+use crate::exchange::stands::Stands;
 use crate::federation::GATEWAY as NAME;
 use crate::runtime::bus::{Bus, Class, ask, hear_parts, watch_stations};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
@@ -19,8 +20,10 @@ use anyhow::Context;
 use capture::Recorder;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use datalink::LinkConfig;
+use models::frames::Point2;
 use scenarios::Scene;
-use std::collections::BTreeSet;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -85,6 +88,7 @@ enum Event {
     Operation(Operation),
     Alerts(Vec<AlertMessage>),
     Lights(String),
+    Traffic(String),
     Inputs(Vec<SeatMessage>),
     Federate(Box<FederateStatus>),
     ConductorAlive(bool),
@@ -158,6 +162,15 @@ pub fn run(
         }
     };
     let put_last = put_lights.clone();
+    let traffic = inbox.clone();
+    let put_traffic = move |octets: &[u8]| {
+        if octets.len() <= MOST_TRAFFIC
+            && let Ok(text) = std::str::from_utf8(octets)
+        {
+            traffic.put(Event::Traffic(text.to_owned()));
+        }
+    };
+    bus.subscribe("obs/traffic", Box::new(move |_, octets| put_traffic(octets)))?;
     bus.subscribe("control/1/lights", Box::new(move |_, octets| put_lights(octets)))?;
     hear(bus, "obs/inputs", inbox.taking(Event::Inputs))?;
     hear(bus, "obs/fed/*", inbox.taking(|status| Event::Federate(Box::new(status))))?;
@@ -180,15 +193,10 @@ pub fn run(
     if let Some(octets) = ask(bus, "control/1/lights/last", Vec::new(), LIGHTS_WITHIN)? {
         put_last(&octets);
     }
-    let mut listening = Listening {
-        gateway: &mut gateway,
-        port: &mut port,
-        ports: &mut ports,
-        ear,
-        shifted: !task.wall,
-        state: RunState::default(),
-        refused: None,
-    };
+    let mut listening = Listening::new(&mut gateway, &mut port, &mut ports);
+    (listening.ear, listening.shifted) = (ear, !task.wall);
+    listening.layout =
+        scene.airport.layout.stands.iter().map(|s| (s.name.clone(), s.position_m)).collect();
     listening.until_the_end(bus, inbox, &joined);
     let refused = listening.refused;
     port.close();
@@ -226,9 +234,30 @@ struct Listening<'a> {
     shifted: bool,
     state: RunState,
     refused: Option<NotAtWallRate>,
+    /// Stands that flights have now.
+    stands: Stands,
+    /// The flight list as it is told: with them.
+    listed: Vec<FlightNotice>,
+    /// Where each stand is, m east and north.
+    layout: BTreeMap<String, Point2<f64>>,
 }
 
-impl Listening<'_> {
+impl<'a> Listening<'a> {
+    fn new(gateway: &'a mut Gateway, port: &'a mut Port, ports: &'a mut Ports) -> Self {
+        Self {
+            gateway,
+            port,
+            ports,
+            ear: None,
+            shifted: true,
+            state: RunState::default(),
+            refused: None,
+            stands: Stands::default(),
+            listed: Vec::new(),
+            layout: BTreeMap::new(),
+        }
+    }
+
     fn until_the_end(&mut self, bus: &dyn Bus, inbox: &Inbox, joined: &Joined) {
         let mut hears = BTreeSet::new();
         let (mut alone_since, mut told_ns) = (None, 0);
@@ -300,6 +329,13 @@ impl Listening<'_> {
                     self.ports.shift_to(scan.time_ns, now_ns);
                     self.shifted = true;
                 }
+                self.stands.come_to(scan.time_ns);
+                self.correct_stands();
+                let labelled = match self.stands.labelled(&scan) {
+                    Cow::Borrowed(_) => None,
+                    Cow::Owned(labelled) => Some(Arc::new(labelled)),
+                };
+                let scan = labelled.unwrap_or(scan);
                 self.port.send(&self.gateway.on_scan(&scan));
                 self.ports.on_scan(&scan);
             }
@@ -316,15 +352,38 @@ impl Listening<'_> {
                 self.gateway.on_weather(notice);
             }
             Event::Flights(entries) => {
-                self.ports.on_flights(&entries);
-                self.gateway.on_flights(entries);
+                self.listed = entries;
+                if !self.correct_stands() {
+                    self.list_flights();
+                }
             }
+            Event::Traffic(text) => self.stands.hear(&text),
             Event::Alerts(told) => self.gateway.on_alerts(told),
             Event::Lights(text) => self.gateway.on_lights(&text),
             Event::Inputs(told) => self.ports.on_inputs(&told),
             Event::Operation(operation) => self.ports.on_operation(operation),
             Event::Federate(_) | Event::ConductorAlive(_) | Event::Stop => {}
         }
+    }
+
+    /// Tells the flight list again where somebody has another stand than it says; whether it did.
+    fn correct_stands(&mut self) -> bool {
+        let plain = |name: &str| name.replace('_', " ");
+        let layout = &self.layout;
+        let at_m = |name: &str| {
+            let same = |known: &&String| plain(known) == plain(name);
+            layout.get(name).or_else(|| layout.get(layout.keys().find(same)?)).copied()
+        };
+        let corrected = self.stands.correct(&mut self.listed, at_m);
+        if corrected {
+            self.list_flights();
+        }
+        corrected
+    }
+
+    fn list_flights(&mut self) {
+        self.ports.on_flights(&self.listed);
+        self.gateway.on_flights(self.listed.clone());
     }
 
     fn status(&self, usage: &Usage, name: &str) -> FederateStatus {
@@ -429,6 +488,8 @@ const HEARD: usize = 256;
 const TICK: Duration = Duration::from_millis(250);
 /// Octets of a message about stop bars.
 const MOST_LIGHTS: usize = 1 << 20;
+/// Octets of a message about traffic: thousands of movers with their ways.
+const MOST_TRAFFIC: usize = 64 << 20;
 /// How long is waited for what control said of them before; none is there where nobody controls.
 const LIGHTS_WITHIN: Duration = Duration::from_millis(200);
 const STATUS_NS: u64 = 1_000_000_000;
@@ -472,17 +533,60 @@ mod tests {
             let mut port = Port::open(&task).expect("nothing to open");
             let mut ports =
                 Ports::open(&task.feeds, Board::new(&scene, 1, false)).expect("nothing");
-            let mut listening = Listening {
-                gateway: &mut gateway,
-                port: &mut port,
-                ports: &mut ports,
-                ear: None,
-                shifted: !wall,
-                state: RunState::default(),
-                refused: None,
-            };
+            let mut listening = Listening::new(&mut gateway, &mut port, &mut ports);
+            listening.shifted = !wall;
             listening.take(Event::State(RunState { rate, ..RunState::default() }));
             assert_eq!(listening.refused, refused.then_some(NotAtWallRate(rate)), "{wall} {rate}");
         }
+    }
+
+    /// The stand of a label as it goes out (062, item 390), and that of the flight list.
+    #[test]
+    fn a_label_and_the_flight_list_have_the_stand_that_was_given() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
+        let file = std::env::temp_dir().join(format!("seeds-stands-{}.pcapng", std::process::id()));
+        let task = Task { recording: Some(file.clone()), ..task(false) };
+        let mut gateway = Gateway::new(&scene, Choice::default());
+        let mut port = Port::open(&task).expect("a recording");
+        let mut ports = Ports::open(&task.feeds, Board::new(&scene, 1, false)).expect("nothing");
+        let mut listening = Listening::new(&mut gateway, &mut port, &mut ports);
+        listening.layout = [("ZZ_7Q".to_owned(), Point2::new(4.0, 5.0))].into();
+        let flight = FlightNotice {
+            callsign: "swr_137h".into(),
+            address: None,
+            type_designator: "A320".into(),
+            wake: None,
+            movement: models::flight_list::MovementKind::Arrival,
+            runway: "28".into(),
+            stand: "E_19".into(),
+            stand_m: None,
+            eta_ctd_ns: 0,
+            off_block_ns: None,
+            routing: Vec::new(),
+        };
+        listening.take(Event::Flights(vec![flight.clone()]));
+        let scan = |n: u64| {
+            let track = super::super::tests::track(7, n as i64 * 1_000_000_000);
+            Event::Scan(Arc::new(super::super::tests::report(n, vec![track], Vec::new())))
+        };
+        listening.take(scan(1));
+        let has = |name: &str| {
+            let octets = std::fs::read(&file).expect("recorded");
+            octets.windows(name.len()).any(|w| w == name.as_bytes())
+        };
+        assert!(has("E19") && !has("ZZ7Q"));
+        assert_eq!(listening.gateway.flights, [flight.clone()]);
+        let text = r#"{"time_s":1.5,"movers":[{"callsign":"swr_137h","stand":"ZZ 7Q"}]}"#;
+        listening.take(Event::Traffic(text.into()));
+        listening.take(scan(2));
+        assert!(has("ZZ7Q"));
+        let stand_m = Some(Point2::new(4.0, 5.0));
+        let given = FlightNotice { stand: "ZZ 7Q".into(), stand_m, ..flight.clone() };
+        assert_eq!(listening.gateway.flights, [given.clone()]);
+        // The list comes again as it was planned.
+        listening.take(Event::Flights(vec![flight]));
+        assert_eq!(listening.gateway.flights, [given]);
+        listening.port.close();
+        std::fs::remove_file(&file).ok();
     }
 }

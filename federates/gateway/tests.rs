@@ -11,7 +11,7 @@ fn scene() -> Scene {
     scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene")
 }
 
-fn track(number: u16, time_ns: i64) -> TrackMessage {
+pub(super) fn track(number: u16, time_ns: i64) -> TrackMessage {
     TrackMessage {
         number,
         track_type: TrackType::Aircraft,
@@ -64,7 +64,7 @@ fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
     }
 }
 
-fn report(scan: u64, tracks: Vec<TrackMessage>, plots: Vec<PlotMessage>) -> ScanReport {
+pub(super) fn report(scan: u64, tracks: Vec<TrackMessage>, plots: Vec<PlotMessage>) -> ScanReport {
     let time_ns = scan as i64 * 1_000_000_000;
     ScanReport { run: 1, scan, time_ns, tracks, plots, ..ScanReport::default() }
 }

@@ -71,7 +71,7 @@ impl<'a> System<'a> {
     fn runway_and_stand(&self) -> (String, String) {
         let text = &self.track.runway_stand;
         let (runway, stand) = text.split_once('/').unwrap_or((text, ""));
-        (ascii(runway, 3), ascii(&stand.replace('_', ""), 6))
+        (ascii(runway, 3), ascii(&stand.replace(['_', ' '], ""), 6))
     }
 
     /// Type, day, hour, minute, seconds are there (0: yes), second of the label's time.

@@ -1,13 +1,14 @@
 //! `seeds picture`: the map of a finished run at a time, drawn without a browser.
 
 use super::open::RUNS;
+use crate::exchange::stands::Stands;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use crate::viewer_logger::archive::Archive;
 use crate::viewer_logger::drawing::view::{Fit, View};
 use crate::viewer_logger::drawing::{Drawing, Shown, png, svg};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::{AirportMap, RunInfo};
-use crate::viewer_logger::said::Said;
+use crate::viewer_logger::said::{Said, Topic};
 use crate::viewer_logger::source::Source as _;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
@@ -167,6 +168,10 @@ impl Task {
         said: &Said,
     ) -> anyhow::Result<Drawing> {
         let report = self.archive.report(scan)?.context("the scan is gone")?;
+        // As the page: what control or a stand that was not free gave instead of the planned one.
+        let traffic = self.archive.said(Topic::Traffic, report.time_ns);
+        let stands = traffic.as_deref().map(Stands::of).unwrap_or_default();
+        let report = stands.labelled(&report);
         let trails = self.archive.trails_of(scan)?;
         let mut view = self.view.clone();
         let targets: Vec<[f64; 2]> = report

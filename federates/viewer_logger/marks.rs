@@ -2,10 +2,11 @@
 //! that were given instead of the planned ones.
 
 use super::source::Event;
+use crate::exchange::stands::Stands;
 use crate::runtime::messages::{FlightNotice, RunState};
 use models::frames::Point2;
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// Finds them in what is said of the traffic and of the run.
 #[derive(Debug, Default)]
@@ -13,7 +14,7 @@ pub struct Marks {
     /// Clearances that stood when traffic was heard of last: call sign, kind, runway, since when (ms).
     standing: BTreeSet<(String, String, String, i64)>,
     /// The stand that each flight has now.
-    stands: BTreeMap<String, String>,
+    stands: Stands,
     /// Faults that stand, without their figures.
     faults: BTreeSet<String>,
 }
@@ -49,7 +50,7 @@ impl Marks {
             (callsign.to_owned(), c.kind, c.runway, (c.since_s * 1e3).round() as i64)
         };
         let has = traffic.movers.iter().filter(|m| !m.stand.is_empty());
-        self.stands.extend(has.map(|m| (m.callsign.clone(), m.stand.clone())));
+        has.for_each(|m| self.stands.put(m.callsign.clone(), m.stand.clone()));
         let now: BTreeSet<_> = traffic
             .movers
             .into_iter()
@@ -72,17 +73,7 @@ impl Marks {
         flights: &mut [FlightNotice],
         at_m: impl Fn(&str) -> Option<Point2<f64>>,
     ) -> bool {
-        let plain = |name: &str| name.replace('_', " ");
-        let mut changed = false;
-        for flight in flights {
-            let Some(stand) = self.stands.get(&flight.callsign) else { continue };
-            if plain(stand) != plain(&flight.stand) {
-                flight.stand.clone_from(stand);
-                flight.stand_m = at_m(stand);
-                changed = true;
-            }
-        }
-        changed
+        self.stands.correct(flights, at_m)
     }
 
     /// Reasons of the run's state that were not there before: members lost, frozen by a fault, degraded. One whose figures alone
