@@ -84,6 +84,10 @@ pub fn run(args: &ForkArgs) -> ExitCode {
         Err(error) => fail(BAD_INPUT, format!("{error:#}")),
         Ok((fork, parent)) => match fork.make() {
             Ok(folder) => {
+                let keys = fork.plan.changes.iter().map(|(_, key, ..)| key.as_str());
+                if let Some(text) = without_effect(keys) {
+                    tracing::warn!("{text}");
+                }
                 out!("seeds open {parent} {}", folder.display());
                 ExitCode::SUCCESS
             }
@@ -467,6 +471,24 @@ fn anew_of(keys: &[&str]) -> Anew {
     }
 }
 
+/// Which of these keys change nothing in a fork, as one sentence: its movers are those of the recording.
+fn without_effect<'a>(keys: impl Iterator<Item = &'a str>) -> Option<String> {
+    let of_movers = |key: &&str| ["control", "traffic"].contains(&section(key));
+    let mut found: Vec<&str> = keys.filter(of_movers).collect();
+    found.sort_unstable();
+    found.dedup();
+    let (keys, they) =
+        (found.join(", "), if found.len() == 1 { "it changes" } else { "they change" });
+    (!found.is_empty()).then(|| {
+        format!("{keys}: the movers of a fork are those of the recording, and {they} none of them; seeds run makes others")
+    })
+}
+
+/// The table of the scene in which a key stands.
+fn section(key: &str) -> &str {
+    key.split(['.', '[']).next().unwrap_or(key)
+}
+
 /// What a key was before anything changed it, as TOML; none where the scene leaves it to the default.
 fn value_before(text: &str, key: &str) -> Option<String> {
     match key {
@@ -505,6 +527,19 @@ const WARM_S: f64 = 60.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_change_of_who_moves_how_is_said_to_move_nobody_in_a_fork() {
+        let said = |keys: &[&str]| without_effect(keys.iter().copied());
+        let text = said(&["tracking.filter", "control.policy"]).expect("said");
+        assert!(text.starts_with("control.policy: ") && text.contains("it changes none"), "{text}");
+        let text = said(&["traffic[1].rate", "control.sees", "control.sees"]).expect("said");
+        assert!(text.starts_with("control.sees, traffic[1].rate: "), "{text}");
+        assert!(text.contains("they change none"), "{text}");
+        let real =
+            ["tracking.filter", "sensor[control].enabled", "weather.rain_factor", "controls"];
+        assert_eq!(said(&real), None);
+    }
 
     #[test]
     fn a_fork_has_a_name_that_says_what_changed() {
