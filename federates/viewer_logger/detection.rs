@@ -96,6 +96,7 @@ pub struct Maps {
     from: From,
     made: Mutex<Made>,
     turns: Turns,
+    planning: Mutex<()>,
     stored: OnceLock<Arc<Scene>>,
 }
 
@@ -113,7 +114,13 @@ impl Maps {
     }
 
     fn from(from: From) -> Self {
-        Self { from, made: Mutex::default(), turns: Turns::default(), stored: OnceLock::new() }
+        Self {
+            from,
+            made: Mutex::default(),
+            turns: Turns::default(),
+            planning: Mutex::default(),
+            stored: OnceLock::new(),
+        }
     }
 
     /// The video of one turn of a radar: [`Turns::turn`]. Takes a second and more.
@@ -162,6 +169,16 @@ impl Maps {
     /// As there, or the scene cannot be had.
     pub fn geometry(&self, asked: &super::geometry::Asked) -> Result<serde_json::Value, String> {
         super::geometry::of(&*self.scene()?, asked)
+    }
+
+    /// Where each effect of a radar's plan is on: [`rings::of`](super::rings::of). Takes some milliseconds; one at a time.
+    ///
+    /// # Errors
+    /// As there, or the scene cannot be had.
+    pub fn rings(&self, asked: &super::rings::Asked) -> Result<serde_json::Value, String> {
+        let scene = self.scene()?;
+        let _one = self.planning.lock().unwrap_or_else(PoisonError::into_inner);
+        super::rings::of(&scene, asked)
     }
 
     fn scene(&self) -> Result<Arc<Scene>, String> {

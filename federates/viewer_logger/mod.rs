@@ -32,6 +32,7 @@ pub mod opened;
 pub mod picture;
 pub mod process;
 pub mod replayed;
+pub mod rings;
 pub mod said;
 mod seat_view;
 pub mod server;

@@ -323,6 +323,7 @@ fn router(state: Arc<Shared>) -> axum::Router {
         .route("/metrics", get(asked_for::figures))
         .route("/detection", get(asked_for::detection))
         .route("/geometry", get(asked_for::geometry))
+        .route("/rings", get(asked_for::rings))
         .route("/video", get(asked_for::turn))
         .route("/seats", get(at_seat::seats))
         .route("/seat", post(at_seat::act))

@@ -169,13 +169,13 @@ impl Ready {
 }
 
 /// The entities of a scan as they were within it: back along their velocity.
-struct Seen<'a> {
+pub(super) struct Seen<'a> {
     at: SimTime,
     targets: Vec<(frame::Entity, &'a TargetClass)>,
 }
 
 impl<'a> Seen<'a> {
-    fn of(scene: &'a Scene, scan: &[u8], at: SimTime) -> Self {
+    pub(super) fn of(scene: &'a Scene, scan: &[u8], at: SimTime) -> Self {
         let types = &scene.traffic.types;
         let usual = types.get(TYPE).or_else(|| types.get(types.designators().next()?));
         let class = |e: &frame::Entity| Some(&types.get(&e.designator).or(usual)?.class);

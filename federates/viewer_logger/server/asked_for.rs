@@ -1,8 +1,9 @@
 //! What a page asks for beside its files and its WebSocket: figures, where the radars see, a turn of a radar's video.
 
-use super::super::detection::What;
+use super::super::detection::{Maps, What};
 use super::super::geometry;
 use super::super::metrics;
+use super::super::rings;
 use super::super::video::{self, NoTurn};
 use super::Shared;
 use axum::extract::rejection::QueryRejection;
@@ -129,6 +130,41 @@ pub(super) struct AskingTurn {
     scan: u64,
 }
 
+/// A scan as the page was sent it, with the seed of its run and what is made of it.
+fn scan_of(shared: &Shared, scan: u64) -> Option<(Arc<Maps>, u64, Vec<u8>)> {
+    let viewer = shared.page.viewer();
+    let source = viewer.source();
+    let there = source.nearest(scan).filter(|near| *near == scan);
+    let message = there.and_then(|scan| source.message(scan));
+    viewer.detection().zip(message).map(|(maps, scan)| (maps, viewer.info().seed, scan))
+}
+
+/// Where each effect of a radar's plan is on in a scan (JSON).
+pub(super) async fn rings(
+    headers: HeaderMap,
+    asking: Result<Query<AskingTurn>, QueryRejection>,
+    State(shared): State<Arc<Shared>>,
+) -> Response {
+    if let Err(reason) = shared.access.may_read(&headers) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let Ok(Query(AskingTurn { sensor, scan })) = asking else {
+        let words = "sensor is a number of a radar, scan the number of a scan\n";
+        return (StatusCode::BAD_REQUEST, words).into_response();
+    };
+    let Some((maps, seed, scan)) = scan_of(&shared, scan) else {
+        return (StatusCode::NOT_FOUND, "there is no such scan\n").into_response();
+    };
+    let asked = rings::Asked { sensor, seed, scan };
+    match tokio::task::spawn_blocking(move || maps.rings(&asked)).await {
+        Ok(Ok(told)) => {
+            ([(header::CONTENT_TYPE, "application/json")], told.to_string()).into_response()
+        }
+        Ok(Err(reason)) => (StatusCode::NOT_FOUND, format!("{reason}\n")).into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "it could not be made\n").into_response(),
+    }
+}
+
 /// The video of a turn; 202 and nothing while another one is made, with the seconds after which to ask again.
 pub(super) async fn turn(
     headers: HeaderMap,
@@ -142,14 +178,7 @@ pub(super) async fn turn(
         let words = "sensor is a number of a radar, scan the number of a scan\n";
         return (StatusCode::BAD_REQUEST, words).into_response();
     };
-    let found = {
-        let viewer = shared.page.viewer();
-        let source = viewer.source();
-        let there = source.nearest(scan).filter(|near| *near == scan);
-        let message = there.and_then(|scan| source.message(scan));
-        viewer.detection().zip(message).map(|(maps, scan)| (maps, viewer.info().seed, scan))
-    };
-    let Some((maps, seed, scan)) = found else {
+    let Some((maps, seed, scan)) = scan_of(&shared, scan) else {
         return (StatusCode::NOT_FOUND, "there is no such scan\n").into_response();
     };
     let asked = video::Asked { sensor, seed, scan };
@@ -200,8 +229,10 @@ mod tests {
             assert!(answer.contains("t a time in seconds"), "{query}: {answer}");
         }
         for query in ["", "sensor=1", "sensor=1&scan=-1", "sensor=1&scan=x", "scan=1"] {
-            let answer = get(&format!("/video?{query}"));
-            assert!(answer.starts_with("HTTP/1.1 400"), "{query}: {answer}");
+            for path in ["video", "rings"] {
+                let answer = get(&format!("/{path}?{query}"));
+                assert!(answer.starts_with("HTTP/1.1 400"), "{path}?{query}: {answer}");
+            }
         }
         for query in ["", "sensor=a", "sensor=1&t=NaN", "sensor=1&t=-1", "sensor=1&x=inf&y=1"] {
             let answer = get(&format!("/geometry?{query}"));
@@ -211,6 +242,7 @@ mod tests {
         assert!(get("/geometry?sensor=1&t=3").starts_with("HTTP/1.1 404"));
         assert!(get("/detection?t=3").starts_with("HTTP/1.1 404"));
         assert!(get("/video?sensor=1&scan=1").starts_with("HTTP/1.1 404"));
+        assert!(get("/rings?sensor=1&scan=1").starts_with("HTTP/1.1 404"));
         server.stop();
     }
 }

@@ -38,7 +38,7 @@ const MOST_WAITED = 40;
 const state = {
   run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
   scan: null, live: true, selected: null, link: "connecting", notice: null, playing: false, answer: null,
-  runs: [], shownRuns: [], loop: null, wish: {}, tab: "tracks", traffic: null, strips: [],
+  runs: [], shownRuns: [], loop: null, wish: {}, effect: null, tab: "tracks", traffic: null, strips: [],
 };
 
 // ---- parts ----
@@ -141,7 +141,7 @@ panes.makers = sidePanes({
 const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
 
 const stripBoxes = [byId("bays-list")];
-const page = { state, map, link, operate, select, selectedNumber, targets, stripBoxes, showStrips, showTab: (key) => lists.showTab(key) };
+const page = { state, map, link, operate, select, selectedNumber, targets, stripBoxes, showStrips, viewChanged: () => addressChanged(true), showTab: (key) => lists.showTab(key) };
 const lists = panels(byId("tabs"), page, (key) => {
   state.tab = key;
   addressChanged();

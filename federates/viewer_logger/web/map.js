@@ -116,7 +116,7 @@ export class MapView {
   colours() {
     const style = getComputedStyle(document.documentElement);
     const names = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "text", "dim",
-      "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back", "alarm", "information", "bar", "video",
+      "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back", "alarm", "information", "bar", "video", "plan-exact", "plan-reduced", "plan-skipped", "plan-not-called-for",
       ...kinds.map((k) => `plot-${k.word}`), "plot-other"];
     this.c = Object.fromEntries(names.map((n) => [n, style.getPropertyValue(`--${n}`).trim()]));
     this.need("ground", "traffic");
@@ -391,6 +391,7 @@ export class MapView {
     const g = this.ground.begin(this.cam, this.ratio);
     paintAirport(g, { ...this.#see(), box: this.#room() });
     if (this.layers.detection) this.detection.paint(g, this.cam, (this.weather?.from_ns ?? 0) / 1e9);
+    this.rings?.paint(g, this.cam, this.c);
   }
 
   #see() {

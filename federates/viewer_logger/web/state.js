@@ -30,6 +30,14 @@ const list = (item, least, most, join = ",") => ({
   },
   write: (items) => items.map(item.write).join(join),
 });
+/** Something of a sensor: its number, `~`, and what. */
+const ofSensor = {
+  read(value) {
+    const parts = list(text, 2, 2, "~").read(value);
+    return parts && /^\d{1,5}$/.test(parts[0]) ? parts : undefined;
+  },
+  write: list(text, 2, 2, "~").write,
+};
 const angle = {
   read: (value) => (NUMBER.test(value) ? turn(Number(value)) : undefined),
   write: (degrees) => decimal(turn(degrees)),
@@ -73,7 +81,7 @@ export const KEYS = new Map(Object.entries({
   fit: oneOf("airport", "targets"), lay: layers, sel: text, follow: flag, play: flag, skin: oneOf("research", "controller"),
   pane: list(pane, 1, MOST_PANES), tab: text, col: oneOf("night", "day"), in1: inset, in2: inset,
   rb: list(list(text, 2, 2, "~"), 1, MOST_PAIRS), find: text, lod: detail, vec: number(0, 60), hist: number(0, 30),
-  cmp: oneOf("side", "ghost", "difference"),
+  cmp: oneOf("side", "ghost", "difference"), eff: ofSensor,
 }));
 
 /** Reads what follows the #. Returns { state, refused: keys, kept: raw texts of unknown keys }. */

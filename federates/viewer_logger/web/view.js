@@ -18,7 +18,10 @@ export function viewOf({ state, map, panes, insets, lists, compared, search, ope
       if (wanted.cmp) compared.set(wanted.cmp);
       insets.set([wanted.in1, wanted.in2]);
       if (wanted.find) setTimeout(() => search(wanted.find), 500);
+      const before = state.effect;
+      state.effect = wanted.eff ? { sensor: Number(wanted.eff[0]), effect: wanted.eff[1] } : null;
       if (wanted.tab) lists.showTab(wanted.tab);
+      if (before || state.effect) lists.scan();
       if (wanted.run && state.runs.length) openRuns(wanted.run);
       if (wanted.fit === "targets") setTimeout(() => map.fitTargets(), 600);
       grantTime();
@@ -34,6 +37,7 @@ export function viewOf({ state, map, panes, insets, lists, compared, search, ope
       if (panes.list.length) shown.pane = ["map", ...panes.names];
       if (state.loop) shown.ab = state.loop.map((s) => Number(s.toFixed(3)));
       if (target) shown.sel = target.callsign || (target.number !== undefined ? `#${target.number}` : entityName(target));
+      if (state.effect) shown.eff = [String(state.effect.sensor), state.effect.effect];
       if (compared.mode) shown.cmp = compared.mode;
       if (state.playing) shown.play = true;
       if (state.tab !== "tracks") shown.tab = state.tab;

@@ -22,7 +22,7 @@ const apart = (a, b) => Math.abs(((a - b + 540) % 360) - 180);
 
 // A lit stop bar is red as it is outside; an arrival is amber on every position, its shape is no frame.
 const AS_IN_THE_WORLD = new Set(["bar", "arrival"]);
-const DRAWN = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "select", "video", "bar", "arrival"];
+const DRAWN = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "select", "video", "bar", "arrival", "plan-exact", "plan-reduced", "plan-skipped", "plan-not-called-for"];
 
 for (const [i, name] of ["night", "day"].entries()) {
   test(`by ${name} nothing on the map but alarms is red or amber`, () => {
