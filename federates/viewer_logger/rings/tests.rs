@@ -2,13 +2,19 @@ use super::*;
 use crate::runtime::messages::{ScanReport, TruthMessage};
 use models::frames::Point3;
 
-/// A scan at a time, s, with targets that stand where these are, m.
+/// A scan at a time, s, with aircraft that stand where these are, m.
 fn scan(at_s: f64, places_m: &[[f64; 3]]) -> Vec<u8> {
-    let truth = places_m.iter().enumerate().map(|(i, &[x, y, z])| TruthMessage {
+    let targets: Vec<_> = places_m.iter().map(|place_m| ("A320", *place_m)).collect();
+    scan_of(at_s, &targets)
+}
+
+/// The same with targets of these types.
+fn scan_of(at_s: f64, targets: &[(&str, [f64; 3])]) -> Vec<u8> {
+    let truth = targets.iter().enumerate().map(|(i, &(name, [x, y, z]))| TruthMessage {
         id: [1, 2, 3 + i as u16],
         callsign: format!("TEST{i}"),
-        type_designator: "A320".to_owned(),
-        aircraft: true,
+        type_designator: name.to_owned(),
+        aircraft: name == "A320",
         size_m: [37.6, 34.1],
         position_m: Point3::new(x, y, z),
         velocity_mps: [0.0; 3],
@@ -92,12 +98,13 @@ fn neighbours_call_for_more_and_only_where_they_are() {
     let near = at(site_m, 900.0, 60.0);
     let behind = at(site_m, 1_300.0, 60.0);
     let aside = at(site_m, 1_300.0, 150.0);
-    let told = Told::of(&scene, sensor, scan(40.0, &[near, behind, aside]));
+    let cars = [("A320", near), ("FOLLOWME", behind), ("FOLLOWME", aside)];
+    let told = Told::of(&scene, sensor, scan_of(40.0, &cars));
     let shadowed: Vec<_> = (0..told.cells().len())
         .filter(|cell| told.state(*cell, "aircraft shadow") == 'e')
         .map(|cell| (told.cells()[cell]["sector"].clone(), told.edges(cell)[0] > 1_000.0))
         .collect();
-    assert_eq!(shadowed, [(json!(2), true)], "who stands behind another one");
+    assert_eq!(shadowed, [(json!(2), true)], "who stands behind an aircraft");
     // Two beside one another: everything that is there is exact, and they may merge.
     let beside = [near[0] + 12.0, near[1] + 4.0, 0.0];
     let told = Told::of(&scene, sensor, scan(40.0, &[near, beside]));
