@@ -383,7 +383,13 @@ impl Fork {
         let mut log = Log::create(&self.folder.join("run.sqlite"), &info, &AirportMap::of(after))?;
         self.keep_about(&mut log)?;
         let rerun = Rerun { recorded: &recorded, scene: &self.plan.before, exercise, seed, last };
-        let digests = rerun.write_log(&self.plan.stages, &mut log, |frame, last| {
+        // Up to the first change all is as it was; from there on tracks may be others.
+        let same_to = self.plan.stages.first().map_or(Frame::MAX, |stage| stage.at);
+        let noted = |scan: u64| {
+            let same = scan.saturating_mul(period) <= same_to;
+            same.then(|| self.root.noted(scan).ok()).flatten()
+        };
+        let digests = rerun.write_log(&self.plan.stages, &mut log, noted, |frame, last| {
             ensure!(
                 !STOP.load(Ordering::Relaxed),
                 "interrupted at frame {frame} of {last}: nothing of the fork is kept"

@@ -90,14 +90,19 @@ fn with_smdfm(recording: &Path, scene: &str, file: &Path) -> anyhow::Result<()> 
     let rerun = Rerun { recorded: &recorded, scene: &scene, exercise, seed, last };
     let shows = std::io::stderr().is_terminal();
     let mut told = 0;
-    let digests = rerun.write_log(&[], &mut log, |frame, last| {
-        let percent = 100 * frame / last.max(1);
-        if shows && percent > told {
-            told = percent;
-            let _ = write!(std::io::stderr(), "\r{percent} % of {}", recording.display());
-        }
-        Ok(())
-    })?;
+    let digests = rerun.write_log(
+        &[],
+        &mut log,
+        |_| None,
+        |frame, last| {
+            let percent = 100 * frame / last.max(1);
+            if shows && percent > told {
+                told = percent;
+                let _ = write!(std::io::stderr(), "\r{percent} % of {}", recording.display());
+            }
+            Ok(())
+        },
+    )?;
     if shows {
         let _ = writeln!(std::io::stderr());
     }

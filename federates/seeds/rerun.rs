@@ -9,7 +9,10 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::messages::{FinalReport, Frame, Notice, RunConfig, ScanReport};
 use crate::smdfm::Smdfm;
 use crate::smdfm::change::{Amend, Anew};
+use crate::viewer_logger::frame::Noted;
 use crate::viewer_logger::log::Log;
+use crate::viewer_logger::noted::Notes;
+use crate::viewer_logger::picture::AirportMap;
 use scenarios::Scene;
 use std::sync::Arc;
 
@@ -36,7 +39,8 @@ pub(super) struct Rerun<'a> {
 }
 
 impl Rerun<'_> {
-    /// Writes every scan, with the stages in their order; `progress` is told each frame done and the last one.
+    /// Writes every scan, with the stages in their order; `noted` has what was noted of the tracks of a scan in the run that was recorded, where
+    /// that still holds; `progress` is told each frame done and the last one.
     ///
     /// # Errors
     /// If a sensor cannot be made, the log refuses, or `progress` wants no more.
@@ -44,6 +48,7 @@ impl Rerun<'_> {
         &self,
         stages: &[Stage],
         log: &mut Log,
+        noted: impl Fn(u64) -> Option<Noted>,
         mut progress: impl FnMut(Frame, Frame) -> anyhow::Result<()>,
     ) -> anyhow::Result<RunDigests> {
         let &Self { recorded, scene, exercise, seed, last } = self;
@@ -54,6 +59,7 @@ impl Rerun<'_> {
         smdfm.configure(&config, &mut FrameOut::default()).map_err(anyhow::Error::msg)?;
         let flights = scene.flight_list.entries.iter().map(flight_notice).collect();
         let mut notices = vec![(0, Notice::Flights(flights))];
+        let mut notes = Notes::of(&AirportMap::of(scene));
         for scan in 1..=last / period {
             let frame = scan * period;
             for stage in stages {
@@ -76,7 +82,8 @@ impl Rerun<'_> {
             for publication in &made.publish {
                 if publication.key == "tracks/1/scan" {
                     let report: ScanReport = decode(&publication.body)?;
-                    log.scan(&report)?;
+                    let derived = notes.scan(&report);
+                    log.scan_noted(&report, &noted(report.scan).unwrap_or(derived))?;
                 }
             }
             progress(frame, last)?;

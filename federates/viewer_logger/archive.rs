@@ -6,7 +6,7 @@
 mod about;
 mod rows;
 
-use super::frame::{self, Trail};
+use super::frame::{self, Note, Noted, Trail};
 use super::history::TRAIL;
 use super::source::{self, CurvePoint, Event, ScanSums, Source};
 use crate::runtime::messages::{PlotMessage, ScanReport};
@@ -250,7 +250,33 @@ impl Archive {
 
     fn made(&self, at: usize) -> rusqlite::Result<Option<Vec<u8>>> {
         let Some(report) = self.report(self.sums[at].scan)? else { return Ok(None) };
-        Ok(Some(frame::with_trails(&frame::encode(&report), false, &self.trails(at)?)))
+        let noted = self.noted(report.scan)?;
+        let octets = frame::encode_noted(&report, &noted);
+        Ok(Some(frame::with_trails(&octets, false, &self.trails(at)?)))
+    }
+
+    /// What was noted of the tracks of a scan; nothing in databases of earlier versions.
+    ///
+    /// # Errors
+    /// If the database refuses.
+    pub fn noted(&self, scan: u64) -> rusqlite::Result<Noted> {
+        if !self.columns.has("track_notes", "doing") {
+            return Ok(Noted::new());
+        }
+        let database = self.database();
+        let mut statement = database.prepare_cached(
+            "SELECT track, doing, derived, alert, cleared FROM track_notes WHERE scan = ?1",
+        )?;
+        let found = statement.query_map([scan as i64], |row| {
+            let note = Note {
+                doing: row.get(1)?,
+                derived: row.get(2)?,
+                alert: row.get(3)?,
+                cleared: row.get(4)?,
+            };
+            Ok((row.get(0)?, note))
+        })?;
+        found.collect()
     }
 
     fn curve_of(&self, number: u16, from: u64, upto: u64) -> rusqlite::Result<Vec<CurvePoint>> {

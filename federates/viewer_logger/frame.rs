@@ -7,14 +7,13 @@
 //!
 //! The last 40 octets of a track: address u32 (0: none), age of its plot in this scan f32 s, then an octet each: state,
 //! stage of an alert, emitter category, sensors of its plots in this scan (bit by the place of their kind), clearance, bits (0: the
-//! label is assumed, 1: unresolved, 2: coasted between), probability of the label and of existence (⌊254 p⌋, 255: unknown); then where
-//! it was one scan ago as it is known now, f32: east, north, variances ee, en, nn; four octets zero. State, stage,
-//! emitter category and clearance are 0 (unknown). A message is made of the report of the SMDFM alone, which is there before alerts and
-//! clearances of its scan, and has to be the same octets out of a log; these travel beside it (`alerts`, `traffic`), and the page puts
-//! them together (`__viewer.tracks`: `state`, `alert`, `clearance`). No sensor here reports an emitter category.
+//! label is assumed, 1: unresolved, 2: coasted between, 3: the state is by map and speed only), probability of the label and of existence (⌊254 p⌋, 255: unknown); then where
+//! it was one scan ago as it is known now, f32: east, north, variances ee, en, nn; four octets zero. State, stage and clearance are
+//! those of [`Note`], as said of earlier scans; 0: unknown or none. The emitter category is that of I021/020 by the label: 1, 3, 5 by wake, 20 for
+//! a fire engine, 21 for another vehicle, 0 without a label. What a page was told later (`alerts`, `traffic`) goes before.
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
-use models::flight_list::MovementKind;
+use models::flight_list::{MovementKind, WakeCategory};
 use models::time::SimTime;
 use models::track::{TrackStatus, TrackType};
 use models::words::Word;
@@ -34,12 +33,44 @@ pub const TRUTH: usize = 80;
 /// Octets of a plot record.
 pub const PLOT: usize = 56;
 
+/// What is noted of one track; zeros: nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Note {
+    /// What it does: a place in [`DOING`].
+    pub doing: u8,
+    /// Whether that is by map and speed only.
+    pub derived: bool,
+    /// Stage of its gravest alert: 0 none, 1 information, 2 alarm.
+    pub alert: u8,
+    /// What it was cleared for last of what stands: a place in [`CLEARED`], from 1.
+    pub cleared: u8,
+}
+
+/// The notes of a scan, by number of the track.
+pub type Noted = BTreeMap<u16, Note>;
+
+/// What a track may do, by its number.
+pub const DOING: [&str; 17] = [
+    "", "parked", "pushing", "ready", "taxiing", "holding", "crossing", "lined up", "rolling",
+    "airborne", "final", "landing", "vacated", "docking", "standing", "driving", "failed",
+];
+
+/// Clearances by their number, from 1.
+pub const CLEARED: [&str; 13] =
+    ["PSH", "TAX", "HLD", "CRO", "LUP", "TOF", "CTO", "LND", "GOA", "BTR", "ENT", "SPD", "REV"];
+
 /// Positions of a track in earlier scans, newest first, m east and north.
 pub type Trail = (u16, Vec<[f32; 2]>);
 
-/// Octets of header and records without trails; [`with_trails`] completes them.
+/// [`encode_noted`] of a scan of which nothing is noted.
 #[must_use]
 pub fn encode(scan: &ScanReport) -> Vec<u8> {
+    encode_noted(scan, &Noted::new())
+}
+
+/// Octets of header and records without trails; [`with_trails`] completes them.
+#[must_use]
+pub fn encode_noted(scan: &ScanReport, noted: &Noted) -> Vec<u8> {
     let size =
         HEADER + scan.tracks.len() * TRACK + scan.truth.len() * TRUTH + scan.plots.len() * PLOT;
     let mut out = Vec::with_capacity(size);
@@ -69,7 +100,8 @@ pub fn encode(scan: &ScanReport) -> Vec<u8> {
         let (age_s, kinds) = seen
             .get(&point.number)
             .map_or((f64::NAN, 0), |(ns, kinds)| ((scan.time_ns - ns) as f64 * 1e-9, *kinds));
-        track_more(&mut out, point, age_s, kinds);
+        let note = noted.get(&point.number).copied().unwrap_or_default();
+        track_more(&mut out, point, (age_s, kinds), note);
     }
     for point in &scan.truth {
         truth(&mut out, point);
@@ -169,6 +201,11 @@ pub(super) fn reduced(message: &[u8], keeps: &Keeps) -> Option<Vec<u8>> {
             out.extend(record);
             out[from + 8..from + 12].copy_from_slice(&truth.map_or(-1, place).to_le_bytes());
             out[from + 92..from + 96].copy_from_slice(&unknown);
+            if !keeps.tracks {
+                // Alerts and clearances are a controller's.
+                [120, 121, 124].into_iter().for_each(|at| out[from + at] = 0);
+                out[from + 125] &= 7;
+            }
             numbers.push(u16::from_le_bytes(octets(record, 0)?));
         }
     }
@@ -260,14 +297,30 @@ fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
     f32s(out, &[error_m, 0.0, t.heading_rad, t.altitude_m.unwrap_or(f64::NAN), 0.0]);
 }
 
-fn track_more(out: &mut Vec<u8>, t: &TrackMessage, age_s: f64, kinds: u8) {
+/// Emitter category of I021/020 by a label; 0 without one.
+fn emitter(t: &TrackMessage) -> u8 {
+    let vehicle = t.track_type == TrackType::Vehicle || t.movement == Some(MovementKind::Vehicle);
+    match t.wake {
+        _ if t.callsign.is_empty() => 0,
+        _ if vehicle && t.type_designator == "FIRE" => 20,
+        _ if vehicle => 21,
+        Some(WakeCategory::Light) => 1,
+        Some(WakeCategory::Medium) => 3,
+        Some(WakeCategory::Heavy | WakeCategory::Super) => 5,
+        None => 0,
+    }
+}
+
+fn track_more(out: &mut Vec<u8>, t: &TrackMessage, (age_s, kinds): (f64, u8), note: Note) {
     let share = |p: Option<f64>| p.map_or(255, |p| (254.0 * p.clamp(0.0, 1.0)) as u8);
     out.extend(t.address.unwrap_or(0).to_le_bytes());
     f32s(out, &[age_s]);
     let assumed = t.callsign.is_empty() && !t.assumed.is_empty();
     let coasted = t.lag.is_some_and(|l| l.coasted);
     let bits = u8::from(assumed) | u8::from(t.unresolved) << 1 | u8::from(coasted) << 2;
-    out.extend([0, 0, 0, kinds, 0, bits, share(t.label_p), share(t.existence_p)]);
+    let bits = bits | u8::from(note.derived) << 3;
+    out.extend([note.doing, note.alert, emitter(t), kinds, note.cleared, bits]);
+    out.extend([share(t.label_p), share(t.existence_p)]);
     match &t.lag {
         Some(lag) => {
             f32s(out, lag.position_m.coords.as_slice());
@@ -312,7 +365,10 @@ pub fn plot_error_m(p: &PlotMessage) -> Option<f64> {
 /// Words of what stands in a track as a number, in the order of the numbers; no movement is 0, the first 1.
 #[must_use]
 pub fn words() -> serde_json::Value {
-    json!({"types": TrackType::words(), "statuses": TrackStatus::words(), "movements": MovementKind::words()})
+    json!({
+        "types": TrackType::words(), "statuses": TrackStatus::words(), "movements": MovementKind::words(),
+        "doing": DOING, "cleared": CLEARED,
+    })
 }
 
 fn f64s(out: &mut Vec<u8>, values: &[f64]) {
@@ -360,6 +416,32 @@ mod tests {
         let differ = |at: &usize| unsaid[*at] != said[*at];
         let differ: Vec<usize> = (0..said.len()).filter(differ).map(|at| at - HEADER).collect();
         assert_eq!(differ, [112, 113, 114, 125, 127], "nothing else");
+    }
+
+    #[test]
+    fn what_is_noted_of_a_track_is_in_its_octets_and_an_emitter_by_its_label() {
+        let mut report = crate::viewer_logger::tests::scan(1);
+        let note = Note { doing: 6, derived: true, alert: 2, cleared: 4 };
+        let more = |report: &ScanReport| {
+            let octets = encode_noted(report, &[(4, note), (9, Note::default())].into());
+            <[u8; 6]>::try_from(&octets[HEADER + 120..HEADER + 126]).expect("six")
+        };
+        assert_eq!(more(&report), [6, 2, 3, 1, 4, 8], "an A320 of wake M, crossing, by CRO");
+        assert_eq!(encode(&report)[HEADER + 120..HEADER + 126], [0, 0, 3, 1, 0, 0]);
+        let track = &mut report.tracks[0];
+        (track.track_type, track.type_designator) = (TrackType::Vehicle, "FIRE".into());
+        assert_eq!(more(&report)[2], 20);
+        report.tracks[0].type_designator = "TUG".into();
+        assert_eq!(more(&report)[2], 21);
+        report.tracks[0].callsign.clear();
+        assert_eq!(more(&report)[2], 0);
+        // Who sits aboard somebody sees who he is, but neither alerts nor clearances.
+        let octets = encode_noted(&report, &[(4, note)].into());
+        for (tracks, wanted) in [(true, [6, 2, 4, 8]), (false, [0, 0, 0, 0])] {
+            let keeps = Keeps { tracks, plots: false, truth: vec![true] };
+            let seen = reduced(&octets, &keeps).expect("a message");
+            assert_eq!([120, 121, 124, 125].map(|at| seen[HEADER + at]), wanted);
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The scans of the run, kept in the form that the page reads, for scrubbing back and for error curves.
 
-use super::frame::{self, Trail};
+use super::frame::{self, Noted, Trail};
 use super::source::{self, CurvePoint, Event, EventFinder, ScanSums, Source};
 use crate::runtime::messages::ScanReport;
 use models::time::SimTime;
@@ -70,6 +70,11 @@ impl History {
 
     /// Appends a scan and says whether it began the history anew, because it does not follow in time.
     pub fn push(&mut self, scan: &ScanReport) -> bool {
+        self.push_noted(scan, &Noted::new())
+    }
+
+    /// The same with what is noted of its tracks.
+    pub fn push_noted(&mut self, scan: &ScanReport, noted: &Noted) -> bool {
         let time = SimTime(scan.time_ns);
         let anew = self.kept.back().is_some_and(|last| scan.scan <= last.scan || time <= last.time);
         if anew {
@@ -104,7 +109,7 @@ impl History {
         let kept = Kept {
             scan: scan.scan,
             time,
-            octets: frame::encode(scan).into(),
+            octets: frame::encode_noted(scan, noted).into(),
             tracks: tracks.collect(),
             plot_errors: plot_errors.collect(),
             explained: explained.collect(),

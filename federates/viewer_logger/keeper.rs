@@ -10,6 +10,7 @@ use super::kept_scene;
 use super::log::{Log, LogError};
 use super::log_traffic::core_after;
 use super::marks::Marks;
+use super::noted::Notes;
 use super::picture::{AirportMap, RunInfo};
 use super::said::Topic;
 use super::server::Page;
@@ -132,6 +133,7 @@ pub struct Keeper {
     beside: Option<Beside>,
     tolerances: Option<Tolerances>,
     marks: Marks,
+    notes: Notes,
     /// The flight list as it is shown: with the stands that were given since.
     listed: Vec<FlightNotice>,
     /// What controllers on tracks did in this run.
@@ -179,6 +181,7 @@ impl Keeper {
         }
         let database = files.database.clone();
         Ok(Self {
+            notes: Notes::of(&map),
             scene,
             map,
             page,
@@ -242,6 +245,7 @@ impl Keeper {
                 if now.is_empty() {
                     return;
                 }
+                self.notes.alerts(&now);
                 self.logged(|log| log.alerts(&now));
                 self.shown(|viewer| viewer.on_alerts(&now));
             }
@@ -250,6 +254,7 @@ impl Keeper {
             Heard::Said(topic, text) => {
                 if topic == Topic::Traffic {
                     let events = self.marks.traffic(&text);
+                    self.notes.traffic(&text);
                     self.mark(&events);
                     self.correct_stands();
                 }
@@ -343,8 +348,9 @@ impl Keeper {
             tracing::warn!(scan = scan.scan, missed, "scans did not arrive");
         }
         self.last_scan = Some(scan.scan);
-        self.logged(|log| log.scan(scan));
-        self.shown(|viewer| viewer.on_scan(scan));
+        let noted = self.notes.scan(scan);
+        self.logged(|log| log.scan_noted(scan, &noted));
+        self.shown(|viewer| viewer.on_noted(scan, &noted));
         self.write_done();
         self.compare(scan);
         self.compare_tolerances(scan);
@@ -402,6 +408,7 @@ impl Keeper {
             self.tolerances = None;
             self.close_log();
             self.marks = Marks::default();
+            self.notes = Notes::of(&self.map);
             self.people.clear();
             self.last_told = [0; 3];
             self.open_log(state.run, state.seed);

@@ -5,6 +5,7 @@
 
 mod scan;
 
+use super::frame::Noted;
 use super::picture::{AirportMap, RunInfo};
 use super::said::{self, Topic};
 use super::source::{Event, EventFinder};
@@ -14,7 +15,7 @@ use crate::runtime::messages::{
 use models::traffic::core::LAMP_DELAY_S;
 use models::words::Word;
 use rusqlite::{Connection, OpenFlags, Transaction, params};
-use scan::write_scan;
+use scan::{write_notes, write_scan};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -106,9 +107,18 @@ impl Log {
     /// # Errors
     /// Once, when the database refuses; afterwards nothing is written and nothing is reported.
     pub fn scan(&mut self, scan: &ScanReport) -> Result<(), LogError> {
+        self.scan_noted(scan, &Noted::new())
+    }
+
+    /// The same with what is noted of its tracks.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn scan_noted(&mut self, scan: &ScanReport, noted: &Noted) -> Result<(), LogError> {
         let events = self.events.scan(scan);
         let done = self.write(|t| {
             write_scan(t, scan)?;
+            write_notes(t, scan.scan, noted)?;
             write_events(t, &events)
         });
         let written = done.is_ok() && self.database.is_some();

@@ -75,6 +75,13 @@ CREATE TABLE tracks (
 ) WITHOUT ROWID;
 CREATE INDEX track_of ON tracks (track, scan);
 
+-- What was said of tracks beside the reports, as of earlier scans, by the numbers of frame.rs: what each does (derived: by map and speed only), the
+-- stage of its alert, what it was cleared for last.
+CREATE TABLE track_notes (
+  scan INTEGER, track INTEGER, doing INTEGER, derived INTEGER, alert INTEGER, cleared INTEGER,
+  PRIMARY KEY (scan, track)
+) WITHOUT ROWID;
+
 -- What the time line marks: lost and swapped tracks, weather, operators, alerts.
 CREATE TABLE events (time_ns INTEGER, kind TEXT, subject TEXT, text TEXT);
 

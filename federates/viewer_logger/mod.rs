@@ -28,6 +28,7 @@ pub mod log;
 pub mod log_traffic;
 pub mod marks;
 pub mod metrics;
+pub mod noted;
 pub mod opened;
 pub mod picture;
 pub mod process;
@@ -224,8 +225,13 @@ impl Viewer {
 
     /// One scan of the SMDFM. One that is not later than the last begins a new history (restart).
     pub fn on_scan(&mut self, scan: &ScanReport) {
+        self.on_noted(scan, &frame::Noted::new());
+    }
+
+    /// The same with what is noted of its tracks.
+    pub fn on_noted(&mut self, scan: &ScanReport, noted: &frame::Noted) {
         let Scans::Live(history) = &mut self.scans else { return };
-        if history.push(scan) {
+        if history.push_noted(scan, noted) {
             self.generation += 1;
         }
         self.measures = scan.measures.iter().cloned().collect();

@@ -91,6 +91,37 @@ fn a_frame_out_of_the_log_is_the_live_frame_octet_by_octet() {
 }
 
 #[test]
+fn what_was_noted_of_tracks_is_in_the_frame_out_of_the_log_too() {
+    use super::super::frame::{Note, Noted};
+    let folder = Folder::new();
+    let file = folder.0.join("run.sqlite");
+    let mut log =
+        Log::create(&file, &RunInfo::default(), &AirportMap::default()).expect("a new log");
+    let mut history = History::new(1 << 24);
+    let noted = |n: u64| -> Noted {
+        let note = Note { doing: n as u8, derived: n % 2 == 0, alert: (n % 3) as u8, cleared: 13 };
+        [(4, note), (9, Note { cleared: n as u8, ..note })].into()
+    };
+    for n in 1..=12 {
+        log.scan_noted(&wild(n), &noted(n)).expect("written");
+        history.push_noted(&wild(n), &noted(n));
+    }
+    log.close().expect("closed");
+    let archive = Archive::open(&file).expect("opened");
+    for n in 1..=12 {
+        assert_eq!(archive.noted(n).expect("read"), noted(n));
+        assert_eq!(archive.message(n), history.message(n), "scan {n}");
+    }
+    // A log of before opens with what it has.
+    rusqlite::Connection::open(&file)
+        .and_then(|db| db.execute_batch("DROP TABLE track_notes"))
+        .expect("dropped");
+    let old = Archive::open(&file).expect("opened");
+    assert!(old.noted(3).expect("read").is_empty() && old.message(3).is_some());
+    assert_ne!(old.message(3), history.message(3));
+}
+
+#[test]
 fn a_report_out_of_the_log_is_what_the_tracker_was_given() {
     let report = scan(3);
     let (_folder, file) = kept(std::slice::from_ref(&report));

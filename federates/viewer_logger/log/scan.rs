@@ -3,7 +3,7 @@
 use super::rmse;
 use super::said;
 use crate::runtime::messages::ScanReport;
-use crate::viewer_logger::frame::{entity_key, plot_error_m};
+use crate::viewer_logger::frame::{Note, Noted, entity_key, plot_error_m};
 use crate::viewer_logger::source::ScanSums;
 use rusqlite::{Transaction, params};
 
@@ -117,6 +117,16 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
     let mut insert = t.prepare_cached("INSERT OR IGNORE INTO plan VALUES (?,?,?,?,?,?)")?;
     for row in &scan.plan {
         insert.execute(params![number, row[0], row[1], row[2], row[3], row[4]])?;
+    }
+    Ok(())
+}
+
+/// What is noted of the tracks of a scan.
+pub(super) fn write_notes(t: &Transaction<'_>, scan: u64, noted: &Noted) -> rusqlite::Result<()> {
+    let mut insert = t.prepare_cached("INSERT OR REPLACE INTO track_notes VALUES (?,?,?,?,?,?)")?;
+    for (number, note) in noted {
+        let Note { doing, derived, alert, cleared } = *note;
+        insert.execute(params![scan as i64, number, doing, derived, alert, cleared])?;
     }
     Ok(())
 }

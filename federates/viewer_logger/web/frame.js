@@ -4,11 +4,11 @@ const VERSION = 3;
 const HEADER = 40, TRACK = 152, TRUTH = 80, PLOT = 56;
 
 /** Words of a track in the order of their numbers; the server says them. */
-let words = { types: [], statuses: [], movements: [] };
+let words = { types: [], statuses: [], movements: [], doing: [], cleared: [] };
 
 /** Takes the server's words. */
 export function setWords(told) {
-  words = told;
+  words = { doing: [], cleared: [], ...told };
 }
 
 /** Kinds of sensors in the order of the numbers in plots: word, title, colours, symbol; the server says them. */
@@ -86,6 +86,11 @@ function readTrack(view, at) {
     altitudeM: known(f32(104)),
     address: view.getUint32(at + 112, true) ? view.getUint32(at + 112, true).toString(16).padStart(6, "0") : "",
     plotAgeS: known(f32(116)),
+    doing: words.doing[view.getUint8(at + 120)] ?? "",
+    derived: (view.getUint8(at + 125) & 8) !== 0,
+    alertStage: view.getUint8(at + 121),
+    emitter: view.getUint8(at + 122),
+    cleared: words.cleared[view.getUint8(at + 124) - 1] ?? "",
     sensors: kinds.map((k) => k.word).filter((_, bit) => view.getUint8(at + 123) & (1 << bit)),
     assumed: (view.getUint8(at + 125) & 1) !== 0,
     unresolved: (view.getUint8(at + 125) & 2) !== 0,

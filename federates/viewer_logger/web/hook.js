@@ -11,10 +11,10 @@ export function labelSaid([id, { x, y, w, h, level, ax, ay, runway, sx, sy }]) {
   return { id, level, box: { x, y, w, h }, leader, on_runway: runway > 0 };
 }
 
-/** What is said of a track beside its scan: what it does by map and speed, stage of its alert (0 to 2), the kind it was cleared for last. */
+/** What a track does, the stage of its alert (0 to 2), the kind it was cleared for last: as said now, else as its scan has it. */
 export function besideOf(track, { situation, alerted, traffic }) {
   const mover = track.callsign && !track.assumed ? traffic?.movers.find((m) => m.callsign === track.callsign) : null;
-  return { state: mover?.phase ?? situation?.stateOf(track) ?? "", alert: { information: 1, alarm: 2 }[alerted?.get(track.id)] ?? 0, clearance: mover?.cleared?.at(-1)?.kind ?? "" };
+  return { state: mover?.phase ?? (track.doing || (situation?.stateOf(track) ?? "")), alert: alerted ? { information: 1, alarm: 2 }[alerted.get(track.id)] ?? 0 : track.alertStage ?? 0, clearance: mover?.cleared?.at(-1)?.kind ?? track.cleared ?? "" };
 }
 
 /** Puts `window.__viewer` there; `page` has the state and the parts. */

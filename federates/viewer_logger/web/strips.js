@@ -95,7 +95,11 @@ export function targetText(targets, time) {
 /** Facts of a target that only its strip and the simulated traffic know; `time` makes a text of seconds. */
 export function clearanceFacts(target, traffic, time) {
   const mover = target?.callsign ? traffic?.movers.find((m) => m.callsign === target.callsign) : null;
-  if (!mover) return [];
+  if (!mover) {
+    // What its scan has: of runs without traffic that behaves, and of a run beside.
+    const by = target?.derived ? ["", "By map and speed"] : [];
+    return target?.doing ? [["Doing", target.doing, ...by], ...(target.cleared ? [["Cleared", target.cleared]] : [])] : [];
+  }
   const runway = traffic.runways.find((r) => r.name.split("/").includes(mover.runway));
   const cleared = mover.cleared?.map((c) => (c.runway ? `${c.kind} ${c.runway}` : c.kind)).join(", ");
   const length = (line) => line.slice(1).reduce((sum, p, i) => sum + Math.hypot(p[0] - line[i][0], p[1] - line[i][1]), 0);

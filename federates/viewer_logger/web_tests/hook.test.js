@@ -39,5 +39,7 @@ test("a track has what it does, its alert and its clearance, though no scan says
   const traffic = { movers: [{ callsign: "SWR1", phase: "lined up", cleared: [{ kind: "LUP" }, { kind: "TOF" }] }] }, of = (t) => besideOf(t, { situation, alerted, traffic });
   assert.deepEqual(of({ id: "t2", callsign: "SWR1", x: 5 }), { state: "lined up", alert: 1, clearance: "TOF" });
   assert.deepEqual(of({ id: "t3", callsign: "SWR1", assumed: true, x: 5 }), { state: "taxiing", alert: 2, clearance: "" }, "a name in doubt is nobody's");
+  assert.deepEqual(of({ id: "t5", callsign: "X", x: -1, doing: "holding", alertStage: 2, cleared: "TAX" }), { state: "holding", alert: 0, clearance: "TAX" }, "as its scan has it; alerts as they are said");
+  assert.equal(besideOf({ id: "t5", alertStage: 2 }, {}).alert, 2, "of a run whose alerts are not said");
   assert.deepEqual(of({ id: "t4", callsign: "", x: -1 }), { state: "parked", alert: 0, clearance: "" });
 });
