@@ -93,7 +93,7 @@ fn every_target_that_is_displayed_lies_in_its_cell_and_no_other() {
 }
 
 #[test]
-fn neighbours_call_for_more_and_only_where_they_are() {
+fn a_shadow_is_on_where_an_aircraft_stands_before_a_target() {
     let (scene, sensor, site_m) = scene("zurich");
     let near = at(site_m, 900.0, 60.0);
     let behind = at(site_m, 1_300.0, 60.0);
@@ -105,17 +105,6 @@ fn neighbours_call_for_more_and_only_where_they_are() {
         .map(|cell| (told.cells()[cell]["sector"].clone(), told.edges(cell)[0] > 1_000.0))
         .collect();
     assert_eq!(shadowed, [(json!(2), true)], "who stands behind an aircraft");
-    // Two beside one another: everything that is there is exact, and they may merge.
-    let beside = [near[0] + 12.0, near[1] + 4.0, 0.0];
-    let told = Told::of(&scene, sensor, scan(40.0, &[near, beside]));
-    let alone = Told::of(&scene, sensor, scan(40.0, &[near]));
-    assert!((0..told.cells().len()).all(|cell| told.state(cell, "merging") == 'e'));
-    let count = |told: &Told, letter| {
-        let states = told.cells()[0]["states"].as_str().expect("letters").to_owned();
-        states.chars().filter(|c| *c == letter).count()
-    };
-    assert!(count(&alone, 's') > 0, "{}", alone.0);
-    assert!(count(&told, 'e') > count(&alone, 'e'), "{} after {}", told.0, alone.0);
 }
 
 #[test]
