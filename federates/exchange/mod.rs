@@ -15,3 +15,6 @@ pub mod stamp;
 pub mod stands;
 pub mod weather_notice;
 pub mod weather_pdu;
+
+/// Begin of the name of a measure of joint association, which the last line gathers.
+pub const ASSOCIATION: &str = "association_";

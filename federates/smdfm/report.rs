@@ -2,10 +2,11 @@
 
 use super::evaluation::Evaluation;
 use super::received_truth::View;
+use crate::exchange::ASSOCIATION;
 use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
 use models::frames::Point2;
-use models::fusion::Outcome;
+use models::fusion::{Outcome, Statistics};
 use models::plot::{Identity, ON_GROUND_M, Plot};
 use models::score::run::Rules;
 use models::sensors::{PlotSink, ScanInterval, Truth};
@@ -245,6 +246,21 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
             error_m: lag_error_m,
         }),
     }
+}
+
+/// What joint association did where a cluster was too large for its exact form, since the run began, for the measures of a scan and of
+/// the run; nothing where none was.
+pub fn association_values(counted: &Statistics) -> Vec<(String, f64)> {
+    let named = [
+        ("large_clusters", counted.large_clusters),
+        ("largest_cluster", counted.largest_cluster),
+        ("sweeps", counted.sweeps),
+        ("tracks", counted.believed),
+        ("certified", counted.certified),
+        ("certain", counted.certain),
+    ];
+    let named = named.into_iter().filter(|_| counted.large_clusters > 0);
+    named.map(|(name, count)| (format!("{ASSOCIATION}{name}"), count as f64)).collect()
 }
 
 /// A line of the plan: sensor, effect, called for by, bound, decision.

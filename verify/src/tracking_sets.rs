@@ -2,6 +2,7 @@
 
 use crate::{CaseResult, Check, Judge};
 use models::association::assignment::Solver;
+use models::association::certificate::{Bracket, Certificate};
 use models::association::existence::Existence;
 use models::association::jpda::Jpda;
 use models::association::kinematic_gate::{ClassLimits, Departure, ReachableSet, reach};
@@ -164,8 +165,49 @@ fn bounded_marginals(input: &Value, expected: &Value, tol: f64, judge: &mut Judg
     let gains: Vec<Vec<f64>> =
         psi.iter().map(|row| row.iter().map(|psi| libm::log(*psi)).collect()).collect();
     compare("exact", &exact(&gains)?, &matrix(expected.get("exact")?)?, tol, judge);
-    compare("belief", &believed(&gains), &matrix(expected.get("belief")?)?, 1e-9, judge);
+    let belief = believed(&gains);
+    compare("belief", &belief, &matrix(expected.get("belief")?)?, 1e-9, judge);
+    let off = |(found, wanted): (&Vec<f64>, &Vec<f64>)| {
+        found.iter().zip(wanted).map(|(f, w)| (f - w).abs()).fold(0.0, f64::max)
+    };
+    let largest = belief.iter().zip(&exact(&gains)?).map(off).fold(0.0, f64::max);
+    let wanted = number(expected.get("largest_belief_error")?)?;
+    judge.number("largest error of belief", largest, wanted, 1e-9);
+    let brackets = expected.get("bracket")?.as_object()?;
+    judge.holds("brackets", !brackets.is_empty());
+    for (depth, wanted) in brackets {
+        let found = bounds(&gains, depth.parse().ok()?);
+        let wanted: Vec<_> = wanted.as_array()?.iter().map(matrix).collect::<Option<_>>()?;
+        judge.holds("a row of brackets each", wanted.len() == found.len());
+        for (row, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
+            judge.holds("a bracket each", found.len() == wanted.len());
+            for (column, (found, wanted)) in found.iter().zip(wanted).enumerate() {
+                let [low, high] = wanted[..] else { return None };
+                let what = |end: &str| format!("{end} bound at depth {depth} of {row}, {column}");
+                judge.number(&what("lower"), found.low, low, tol);
+                judge.number(&what("upper"), found.high, high, tol);
+            }
+        }
+    }
     Some(())
+}
+
+/// Bounds of all marginals, column 0 a miss, from trees cut at `depth`.
+fn bounds(gains: &[Vec<f64>], depth: usize) -> Vec<Vec<Bracket>> {
+    let columns = gains.first().map_or(0, Vec::len);
+    let (edges, mut certificate) = (edges(gains), Certificate::default());
+    certificate.lay_out(gains.len(), columns, &edges);
+    let mut row = |row: usize| {
+        let mut all = vec![Bracket { low: 0.0, high: 0.0 }; columns + 1];
+        let mut own = edges.iter().filter(|e| e.row as usize == row);
+        all[0] = certificate.bounds(row, depth, usize::MAX, |bracket| {
+            if let Some(edge) = own.next() {
+                all[edge.column as usize + 1] = bracket;
+            }
+        });
+        all
+    };
+    (0..gains.len()).map(&mut row).collect()
 }
 
 fn sparse_assignment(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
@@ -374,6 +416,7 @@ mod tests {
             ("tracking/gospa_ospa", 6),
             ("tracking/kinematic_gate", 24),
             ("tracking2/existence", 10),
+            ("tracking2/bounded_marginals", 9),
         ]);
     }
 

@@ -177,7 +177,7 @@ impl Belief {
     }
 }
 
-fn weight(gain: f64) -> f64 {
+pub(super) fn weight(gain: f64) -> f64 {
     if gain.is_nan() || gain == f64::NEG_INFINITY {
         return 0.0;
     }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! plots of one sensor and interval ─► grid (candidates) ─► gate (chi-square) ─► cluster
-//!      ─► nearest | assignment, sparse (global nearest) | jpda (exact) | lbp (large clusters) ─► pairs
+//!      ─► nearest | assignment, sparse (global nearest) | jpda (exact) | lbp (large clusters, with a certificate) ─► pairs
 //!      ─► kinematic_gate, for the plots that the first gate refused
 //! ```
 //!
@@ -11,6 +11,7 @@
 
 pub mod assignment;
 pub mod cluster;
+pub mod certificate;
 pub mod existence;
 pub mod gate;
 pub mod grid;

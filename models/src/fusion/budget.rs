@@ -13,6 +13,7 @@ pub(super) struct Budget {
     spent: u64,
     update: u64,
     gate: u64,
+    aside: u64,
 }
 
 impl Budget {
@@ -20,16 +21,27 @@ impl Budget {
     pub(super) fn new(config: &TrackingConfig) -> Self {
         let whole = (config.scan_budget_ms.clamp(0.0, 1e6) * PER_MS) as u64;
         let update = config.filter.rung.declared().cost;
-        Self { whole, spent: 0, update, gate: update.div_ceil(6) }
+        Self { whole, spent: 0, update, gate: update.div_ceil(6), aside: 0 }
     }
 
     pub(super) fn begin(&mut self) {
-        self.spent = 0;
+        (self.spent, self.aside) = (0, 0);
     }
 
     /// Evaluations so far in this scan.
     pub(super) fn spent(&self) -> u64 {
-        self.spent
+        self.spent.saturating_add(self.aside)
+    }
+
+    /// What is left in this scan for what only reports and decides nothing: a twentieth of the budget, of which what decides is told
+    /// nothing.
+    pub(super) fn left_aside(&self) -> u64 {
+        (self.whole / 20).saturating_sub(self.aside)
+    }
+
+    /// Evaluations of what only reports.
+    pub(super) fn spend_aside(&mut self, evaluations: u64) {
+        self.aside = self.aside.saturating_add(evaluations);
     }
 
     #[inline]
@@ -74,7 +86,7 @@ mod tests {
     use super::*;
 
     fn of(whole: u64, spent: u64, update: u64) -> Budget {
-        Budget { whole, spent, update, gate: 0 }
+        Budget { whole, spent, update, gate: 0, aside: 0 }
     }
 
     #[test]
@@ -104,6 +116,18 @@ mod tests {
         assert_eq!((budget.spent(), budget.left_of(1.0)), (u64::MAX, 0));
         budget.begin();
         assert_eq!(budget.left_of(1.0), 1_000);
+    }
+
+    #[test]
+    fn what_only_reports_has_a_twentieth_and_takes_nothing_from_what_decides() {
+        let mut budget = of(1_000, 0, 10);
+        budget.spend(900);
+        budget.spend_aside(30);
+        assert_eq!((budget.left_aside(), budget.spent(), budget.left_of(1.0)), (20, 930, 100));
+        budget.spend_aside(21);
+        assert_eq!((budget.left_aside(), budget.spent(), budget.left_of(1.0)), (0, 951, 100));
+        budget.begin();
+        assert_eq!((budget.left_aside(), budget.spent()), (50, 0));
     }
 
     #[test]

@@ -13,6 +13,7 @@ use super::track_file::Track;
 use super::way::Ring;
 use super::weights::Local;
 use crate::association::assignment::Solver;
+use crate::association::certificate::Certificate;
 use crate::association::cluster::Clusters;
 use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
@@ -101,6 +102,12 @@ pub struct Statistics {
     pub largest_cluster: u64,
     /// Sweeps of belief propagation.
     pub sweeps: u64,
+    /// Tracks of the clusters that it weighed.
+    pub believed: u64,
+    /// Of these: their marginals have bounds ([`crate::association::certificate`]).
+    pub certified: u64,
+    /// Of these: by the bounds one pair has more than even odds.
+    pub certain: u64,
     /// Times that more plots lay in a track's search box than were gated.
     pub crowded: u64,
     /// Plots given to such tracks by the order of their places.
@@ -193,6 +200,7 @@ pub(super) struct Work {
     pub(super) sparse: Sparse,
     pub(super) jpda: Jpda,
     pub(super) belief: Belief,
+    pub(super) certificate: Certificate,
     pub(super) pairing: OneToOne,
     pub(super) crowd: Crowd,
     pub(super) near: Vec<std::ops::Range<usize>>,

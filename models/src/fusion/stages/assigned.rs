@@ -2,6 +2,7 @@
 
 use super::gated::trace;
 use super::updated::How;
+use crate::association::certificate;
 use crate::association::jpda::JpdaError;
 use crate::association::lbp;
 use crate::association::nearest::{self, Pair};
@@ -307,6 +308,7 @@ impl Tracker {
         work.budget.spend(u64::from(ended.sweeps) * local.edges.len() as u64);
         self.statistics.sweeps += u64::from(ended.sweeps);
         let hopeful = |row: usize, edge: usize| belief.share(row, edge) > HOPELESS;
+        self.certify(rows, columns, &local.edges, work);
         let kept = |row: usize| belief.edges_of(row).filter(move |&e| hopeful(row, e));
         let mut pieces: Vec<Pair> = (0..rows).flat_map(kept).map(|edge| cluster[edge]).collect();
         let mut clusters = crate::association::cluster::Clusters::default();
@@ -354,6 +356,18 @@ impl Tracker {
     }
 
     /// Updates track `index` with the plots (their places in the batch) of its row of marginals.
+    /// Counts of how many tracks of a cluster the best plot is certain, whatever belief propagation makes of it.
+    fn certify(&mut self, rows: usize, columns: usize, edges: &[lbp::Edge], work: &mut Work) {
+        self.statistics.believed += rows as u64;
+        let laying = 4 * edges.len() as u64;
+        let Some(left) = work.budget.left_aside().checked_sub(laying) else { return };
+        work.certificate.lay_out(rows, columns, edges);
+        let said = work.certificate.of_cluster(left.saturating_mul(certificate::TERMS));
+        work.budget.spend_aside(laying + work.certificate.terms() / certificate::TERMS);
+        self.statistics.certified += said.tracks;
+        self.statistics.certain += said.certain;
+    }
+
     pub(in crate::fusion) fn take_weighted(
         &mut self,
         from: usize,

@@ -173,3 +173,21 @@ fn a_thousand_births_with_names_and_a_flight_list_are_born_at_once() {
         assert!(found.most_evaluations <= WHOLE / 5, "twenty milliseconds: {found:?}");
     }
 }
+
+/// What belief propagation weighs gets bounds: on a line of targets ten metres apart a tenth of the tracks has a certain plot where errors are
+/// a quarter of that, and hardly any where they are half. All of it is counted only.
+#[test]
+fn clusters_beyond_exact_association_say_of_how_many_tracks_the_pair_is_certain() {
+    let line = |i: usize, t: f64| Point2::new(10.0 * i as f64, 8.0 * t);
+    let share = |sigma_m: f64| {
+        let ran = scans(TrackingConfig::accurate(), 12, |k| plots(k, 60, sigma_m, line));
+        let found = *ran.tracker.statistics();
+        println!("{sigma_m}: {found:?}");
+        assert!(found.large_clusters > 0 && found.believed >= 13 * found.large_clusters);
+        assert!(found.certain <= found.certified && found.certified <= found.believed);
+        assert!(found.certified > found.believed / 10, "{found:?}");
+        found.certain as f64 / found.certified as f64
+    };
+    let (clear, hard) = (share(2.5), share(5.0));
+    assert!(clear > 0.05 && hard < 0.2 * clear, "{clear} {hard}");
+}
