@@ -609,6 +609,8 @@ pub(crate) const TRACKING: &[Key] = &[
     Key::flag("consider_slow_errors", "Whether slow errors of sensors are respected"),
     Key::flag("register_sites", "Whether constant errors of radar sites are estimated"),
     Key::flag("register_echo", "Whether the near side of echoes is taken off"),
+    Key::flag("amplitude", "Whether the strength of an echo says whether it has a target")
+        .or("false"),
     Key::number(
         "duplicate_radius_m",
         "m",

@@ -12,6 +12,7 @@ use models::filter::route::Network;
 use models::filter::{FilterConfig, Rung};
 use models::fusion::TrackingConfig;
 use models::fusion::config::{AssociationMethod, ExistenceRules, SensorModel, TypeSize};
+use models::sensors::radar::detection::Detector;
 use std::sync::Arc;
 
 /// `[tracking]` of a scene.
@@ -146,6 +147,7 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     flag(&mut config.consider_slow_errors, "consider_slow_errors")?;
     flag(&mut config.register_sites, "register_sites")?;
     flag(&mut config.register_echo, "register_echo")?;
+    flag(&mut config.amplitude, "amplitude")?;
     flag(&mut config.second_ago, "second_ago")?;
     let labels = &mut config.labels;
     set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
@@ -178,7 +180,7 @@ pub(crate) fn complete(
     config
 }
 
-/// What the tracker knows of a sensor: how often it looks, and its nominal delay.
+/// What the tracker knows of a sensor: how often it looks, its nominal delay, and the strengths of its noise.
 fn model_of(sensor: &SensorScene) -> SensorModel {
     let model = SensorModel::default_of(sensor.id, sensor.kind);
     let (interval_s, latency_s) = match (&sensor.asde, &sensor.reported) {
@@ -190,7 +192,10 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
         },
     };
     let late_sigma_s = sensor.reported.as_ref().map_or(0.0, |r| r.late_sigma_s());
-    SensorModel { interval_s, latency_s, late_sigma_s, ..model }
+    let strength = sensor.asde.as_ref().map(|radar| {
+        Detector::new(radar.parameters.pulses_summed(), radar.parameters.pfa).strengths()
+    });
+    SensorModel { interval_s, latency_s, late_sigma_s, strength, ..model }
 }
 
 /// Reads `[accuracy]`.
@@ -248,6 +253,20 @@ mod tests {
             c
         };
         assert_eq!(mixed.config, expected);
+    }
+
+    #[test]
+    fn what_no_profile_has_is_on_by_its_key_alone() {
+        for profile in ["paper", "accurate", "bulk"] {
+            let with = |keys: &str| {
+                tracking(&format!("[tracking]\nprofile = \"{profile}\"\n{keys}")).expect("sound")
+            };
+            let (off, on) = (with(""), with("amplitude = true"));
+            assert!(!off.config.amplitude, "{profile}");
+            assert!(on.config.amplitude, "{profile}");
+            let same = TrackingConfig { amplitude: false, ..on.config };
+            assert_eq!(same, off.config, "{profile}: nothing else");
+        }
     }
 
     #[test]

@@ -9,9 +9,10 @@
 //! Nothing here knows a filter or a track's life; the inputs are innovations with their
 //! covariances, the outputs are indices and weights.
 
+pub mod amplitude;
 pub mod assignment;
-pub mod cluster;
 pub mod certificate;
+pub mod cluster;
 pub mod existence;
 pub mod gate;
 pub mod grid;

@@ -1,10 +1,11 @@
 //! What the tracker is told: every number here is a choice of the scene, with a default.
 
 use super::near_side::EchoLaw;
+use crate::association::amplitude::AmplitudeLaw;
 use crate::association::kinematic_gate::ClassLimits;
 use crate::filter::{FilterConfig, Rung};
 use crate::flight_list::{FlightEntry, MovementKind, WakeCategory};
-use crate::plot::{SensorId, SensorKind};
+use crate::plot::{Plot, SensorId, SensorKind};
 
 /// How plots are given to tracks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,6 +170,8 @@ pub struct SensorModel {
     pub latency_s: f64,
     /// Standard deviation of a target's own delay off the nominal one, s.
     pub late_sigma_s: f64,
+    /// Of a sensor that states how strong its echoes are: where these begin, and how strong noise is.
+    pub strength: Option<AmplitudeLaw>,
 }
 
 impl SensorModel {
@@ -187,6 +190,7 @@ impl SensorModel {
             slow_tau_s: assumed.slow_tau_s,
             latency_s: 0.0,
             late_sigma_s: 0.0,
+            strength: None,
         }
     }
 }
@@ -220,6 +224,9 @@ pub struct TrackingConfig {
     pub register_sites: bool,
     /// Whether the near side of echoes is taken off, and what is left of it respected ([`super::near_side`]).
     pub register_echo: bool,
+    /// Whether the strength of an echo says whether it has a target ([`crate::association::amplitude`]): in joint association, and
+    /// where lives go by existence.
+    pub amplitude: bool,
     /// What is assumed of echoes.
     pub echo: EchoLaw,
     /// Whether each track is published as it was one scan ago too, by the plots that came since.
@@ -274,6 +281,7 @@ impl TrackingConfig {
             consider_slow_errors: false,
             register_sites: false,
             register_echo: false,
+            amplitude: false,
             echo: EchoLaw::default(),
             second_ago: true,
             scan_budget_ms: 100.0,
@@ -332,6 +340,15 @@ impl TrackingConfig {
     #[must_use]
     pub(super) fn echo_law(&self) -> EchoLaw {
         if self.register_echo { self.echo } else { EchoLaw::POINT }
+    }
+
+    /// ln of how much likelier the plot is of a target than of noise, by its strength; 0 where that is not asked for or not known.
+    #[must_use]
+    pub(super) fn log_strength(&self, plot: &Plot, model: &SensorModel) -> f64 {
+        match (model.strength, plot.scnr_db) {
+            (Some(law), Some(db)) if self.amplitude => law.log_ratio(libm::pow(10.0, 0.1 * db)),
+            _ => 0.0,
+        }
     }
 
     /// The model of a sensor.

@@ -70,15 +70,17 @@ impl Entrances {
 }
 
 impl Doubt {
-    /// Of a track that this plot begins.
+    /// Of a track that this plot begins; `log_strength`: ln of how much likelier it is of a target than of noise.
     pub(super) fn born(
         plot: &Plot,
         model: &SensorModel,
         rules: &ExistenceRules,
         entrances: &Entrances,
+        log_strength: f64,
     ) -> Self {
         let likely = entrances.hold(plot.position_m, rules.entrance_radius_m);
         let births = rules.births_m2 * if likely { rules.at_entrances } else { 1.0 };
+        let births = births * libm::exp(log_strength);
         Self {
             existence: Existence::born(1.0, births, false_m2(plot, model)),
             at: plot.time,
@@ -307,7 +309,7 @@ mod tests {
         let seen = plot(2_500.0);
         let mut entrances = Entrances::default();
         for more in [1.0, rules.at_entrances] {
-            let born = Doubt::born(&seen, &model, &rules, &entrances).existence.there();
+            let born = Doubt::born(&seen, &model, &rules, &entrances, 0.0).existence.there();
             let births = more * rules.births_m2;
             let wanted = births / (births + model.false_density_m2.max(1e-12));
             assert!((born / wanted - 1.0).abs() < 1e-9, "{more}: {born} {wanted}");

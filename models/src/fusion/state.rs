@@ -11,7 +11,7 @@ use super::registration::Registration;
 use super::resting::Resting;
 use super::track_file::Track;
 use super::way::Ring;
-use super::weights::Local;
+use super::weights::{Local, Shifts};
 use crate::association::assignment::Solver;
 use crate::association::certificate::Certificate;
 use crate::association::cluster::Clusters;
@@ -210,8 +210,8 @@ pub(super) struct Work {
     /// The cluster in hand is too large for more than a few plots an update.
     pub(super) hurried: bool,
     pub(super) order: Vec<u128>,
-    /// Of each track: ln by which plots speak for it more, as it exists and is seen.
-    pub(super) shifts: Vec<f64>,
+    /// ln by which plots speak for tracks more.
+    pub(super) shifts: Shifts,
     /// Where targets come into view.
     pub(super) entrances: Entrances,
     pub(super) track_used: Vec<bool>,

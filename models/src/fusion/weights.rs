@@ -53,9 +53,25 @@ impl Weights {
     }
 }
 
-/// What the track's existence adds to ln of the weight of a pair; 0 where lives go by counts.
-pub(super) fn shift_of(shifts: &[f64], pair: &Pair) -> f64 {
-    shifts.get(pair.track as usize).copied().unwrap_or(0.0)
+/// What is added to ln of the weight of a pair.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Shifts {
+    /// Of each track: as it exists and is seen; empty where lives go by counts.
+    pub(super) tracks: Vec<f64>,
+    /// Of each plot of the batch: as strong as it is; empty where that says nothing.
+    pub(super) plots: Vec<f64>,
+}
+
+impl Shifts {
+    pub(super) fn clear(&mut self) {
+        self.tracks.clear();
+        self.plots.clear();
+    }
+
+    pub(super) fn of(&self, pair: &Pair) -> f64 {
+        let found = |list: &[f64], place: u32| list.get(place as usize).copied().unwrap_or(0.0);
+        found(&self.tracks, pair.track) + found(&self.plots, pair.plot)
+    }
 }
 
 /// Rows and columns of one cluster.
@@ -73,12 +89,12 @@ pub(super) struct Local {
 
 impl Local {
     /// Lists the pairs of the cluster, sorted by track, by row and column.
-    pub(super) fn list(&mut self, cluster: &[Pair], weights: &Weights, shifts: &[f64]) {
+    pub(super) fn list(&mut self, cluster: &[Pair], weights: &Weights, shifts: &Shifts) {
         let mut edges = std::mem::take(&mut self.edges);
         edges.clear();
         edges.extend(cluster.iter().map(|pair| {
             let (row, column) = self.place(pair);
-            let gain = weights.gain(&pair.nis) + shift_of(shifts, pair);
+            let gain = weights.gain(&pair.nis) + shifts.of(pair);
             Edge { row: row as u32, column: column as u32, gain }
         }));
         self.edges = edges;
@@ -167,7 +183,10 @@ mod tests {
             libm::log(0.9e5 * libm::exp(-0.5) / (4.0 * std::f64::consts::PI) / 0.109),
         );
         let pair = |track| Pair { track, plot: 0, nis: both };
-        assert_eq!([0, 1, 2].map(|t| shift_of(&[0.5, -2.0], &pair(t))), [0.5, -2.0, 0.0]);
+        let mut shifts = Shifts { tracks: vec![0.5, -2.0], plots: vec![] };
+        assert_eq!([0, 1, 2].map(|t| shifts.of(&pair(t))), [0.5, -2.0, 0.0]);
+        shifts.plots = vec![0.25];
+        assert_eq!([0, 1, 2].map(|t| shifts.of(&pair(t))), [0.75, -1.75, 0.25]);
         // Nothing is certain.
         let sure = SensorModel { detection: 1.0, false_density_m2: 0.0, ..model };
         let weights = Weights::new(&sure, 1.0);
@@ -187,7 +206,8 @@ mod tests {
         let pairs = [(4, 9), (4, 7), (6, 9)].map(|(track, plot)| Pair { track, plot, nis });
         let mut local = Local::default();
         local.fill(&pairs);
-        local.list(&pairs, &weights, &[0.0, 0.0, 0.0, 0.0, 0.25]);
+        let tracks = vec![0.0, 0.0, 0.0, 0.0, 0.25];
+        local.list(&pairs, &weights, &Shifts { tracks, plots: vec![] });
         let edge = |row, column, more| Edge { row, column, gain: weights.gain(&nis) + more };
         assert_eq!(local.edges, [edge(0, 1, 0.25), edge(0, 0, 0.25), edge(1, 1, 0.0)]);
     }

@@ -12,7 +12,7 @@ use crate::fusion::filter::predict;
 use crate::fusion::own::{Association, GatedPair};
 use crate::fusion::state::{Tracker, Work};
 use crate::fusion::track_file::Stage;
-use crate::fusion::weights::{FEW_ROWS, Local, Weights, exact_cost, shift_of};
+use crate::fusion::weights::{FEW_ROWS, Local, Weights, exact_cost};
 use std::collections::BTreeSet;
 
 impl Tracker {
@@ -33,6 +33,7 @@ impl Tracker {
         self.gated_pairs(from, stage, work);
         if stage == Stage::Confirmed {
             self.weigh_existence(model, work);
+            self.weigh_strength(from, to, model, work);
         } else {
             work.shifts.clear();
         }
@@ -135,7 +136,7 @@ impl Tracker {
         for pair in &single {
             let k = from + pair.plot as usize;
             let certain = if limit.is_some() { CERTAIN } else { 0.0 };
-            let shift = shift_of(&work.shifts, pair);
+            let shift = work.shifts.of(pair);
             if weights.surely_above(&pair.nis, certain - shift) {
                 self.update(pair.track as usize, How::Plot, k, model, work);
                 continue;
@@ -194,7 +195,7 @@ impl Tracker {
             for pair in cluster {
                 let (row, column) = local.place(pair);
                 costs[row * columns + column] =
-                    Some(-weights.gain(&pair.nis) - shift_of(&work.shifts, pair));
+                    Some(-weights.gain(&pair.nis) - work.shifts.of(pair));
             }
             let pairs = work
                 .solver
@@ -240,7 +241,7 @@ impl Tracker {
         for pair in cluster {
             let (row, column) = local.place(pair);
             local.log_like[row * columns + column] =
-                weights.log_like(&pair.nis) + shift_of(&work.shifts, pair);
+                weights.log_like(&pair.nis) + work.shifts.of(pair);
         }
         local.log_miss.clear();
         local.log_miss.resize(rows, weights.log_miss);
@@ -307,8 +308,8 @@ impl Tracker {
         let ended = belief.run(rows, columns, &local.edges, sweeps, lbp::STILL);
         work.budget.spend(u64::from(ended.sweeps) * local.edges.len() as u64);
         self.statistics.sweeps += u64::from(ended.sweeps);
-        let hopeful = |row: usize, edge: usize| belief.share(row, edge) > HOPELESS;
         self.certify(rows, columns, &local.edges, work);
+        let hopeful = |row: usize, edge: usize| belief.share(row, edge) > HOPELESS;
         let kept = |row: usize| belief.edges_of(row).filter(move |&e| hopeful(row, e));
         let mut pieces: Vec<Pair> = (0..rows).flat_map(kept).map(|edge| cluster[edge]).collect();
         let mut clusters = crate::association::cluster::Clusters::default();
@@ -355,7 +356,6 @@ impl Tracker {
         work.belief = belief;
     }
 
-    /// Updates track `index` with the plots (their places in the batch) of its row of marginals.
     /// Counts of how many tracks of a cluster the best plot is certain, whatever belief propagation makes of it.
     fn certify(&mut self, rows: usize, columns: usize, edges: &[lbp::Edge], work: &mut Work) {
         self.statistics.believed += rows as u64;
@@ -368,6 +368,7 @@ impl Tracker {
         self.statistics.certain += said.certain;
     }
 
+    /// Updates track `index` with the plots (their places in the batch) of its row of marginals.
     pub(in crate::fusion) fn take_weighted(
         &mut self,
         from: usize,

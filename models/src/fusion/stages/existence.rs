@@ -34,16 +34,17 @@ impl Tracker {
         let Some(doubt) = &track.doubt else { return };
         let place = place_of(plot.sensor, plot.position_m);
         let detection = self.places.detection(&place, model.detection);
+        let strength = self.config.log_strength(plot, model);
         let missed = match how {
             How::Weighted { plots, .. } => 1.0 - plots.iter().map(|(_, beta)| beta).sum::<f64>(),
             How::Manoeuvre | How::Restart(_) => {
-                missed(doubt.existence, detection, UNFORESEEN, false_m2(plot, model))
+                missed(doubt.existence, detection, UNFORESEEN + strength, false_m2(plot, model))
             }
             How::Plot => {
                 let measured = Measurement::of(plot).ok();
                 let nis = measured.and_then(|m| self.distance(track, plot.time, plot, &m));
                 let density = nis.map_or(UNFORESEEN, |nis| log_density(&nis));
-                missed(doubt.existence, detection, density, false_m2(plot, model))
+                missed(doubt.existence, detection, density + strength, false_m2(plot, model))
             }
         };
         let track = &mut self.tracks[index];
@@ -63,7 +64,7 @@ impl Tracker {
         let stated = model.detection.clamp(1e-6, 1.0 - 1e-6);
         let gate = self.config.gates.probability.clamp(0.0, 1.0);
         let usual = libm::log(stated) - libm::log1p(-stated * gate);
-        work.shifts.extend(self.tracks.iter().map(|track| match &track.doubt {
+        work.shifts.tracks.extend(self.tracks.iter().map(|track| match &track.doubt {
             Some(doubt) if track.stage == Stage::Confirmed => {
                 let place = place_of(model.id, track.filter().motion().0);
                 let seen = self.places.detection(&place, model.detection) * gate;
@@ -72,6 +73,22 @@ impl Tracker {
             }
             _ => 0.0,
         }));
+    }
+
+    /// The same by the strength of each plot of the batch `from..to`; empty where that is not asked for.
+    pub(in crate::fusion) fn weigh_strength(
+        &self,
+        from: usize,
+        to: usize,
+        model: &SensorModel,
+        work: &mut Work,
+    ) {
+        let Work { shifts, candidates, .. } = work;
+        shifts.plots.clear();
+        if self.config.amplitude && model.strength.is_some() {
+            let plots = candidates[from..to].iter().map(|c| &c.plot);
+            shifts.plots.extend(plots.map(|plot| self.config.log_strength(plot, model)));
+        }
     }
 }
 
@@ -90,9 +107,13 @@ fn log_density(nis: &Nis) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::association::amplitude::AmplitudeLaw;
     use crate::filter::testing::plot_at;
     use crate::flight_list::FlightList;
+    use crate::fusion::buffers::Candidate;
     use crate::fusion::config::{ExistenceRules, TrackingConfig};
+    use crate::fusion::track_file::Track;
+    use crate::fusion::weights::Shifts;
     use crate::plot::{SensorId, SensorKind};
     use crate::time::SimTime;
 
@@ -119,9 +140,10 @@ mod tests {
         let mut config = TrackingConfig::paper();
         let mut tracker = Tracker::new(config.clone());
         let model = tracker.config.sensor(SensorId(1), SensorKind::Asde);
-        let mut work = Work { shifts: vec![7.0], ..Work::default() };
+        let shifts = Shifts { tracks: vec![7.0], plots: vec![] };
+        let mut work = Work { shifts, ..Work::default() };
         tracker.weigh_existence(&model, &mut work);
-        assert!(work.shifts.is_empty(), "lives go by counts");
+        assert!(work.shifts.tracks.is_empty(), "lives go by counts");
         config.life.existence = Some(ExistenceRules::default());
         tracker = Tracker::new(config);
         for k in 1..=20 {
@@ -148,11 +170,66 @@ mod tests {
             let usual = model.detection / (1.0 - model.detection * gate);
             let expected = libm::log(pair / usual);
             assert!(
-                (work.shifts[0] - expected).abs() < 1e-9,
+                (work.shifts.tracks[0] - expected).abs() < 1e-9,
                 "{there}: {} for {expected}",
-                work.shifts[0]
+                work.shifts.tracks[0]
             );
-            assert_eq!(work.shifts[1], 0.0, "on trial");
+            assert_eq!(work.shifts.tracks[1], 0.0, "on trial");
+        }
+    }
+
+    /// Two tracks that differ in the strength of their echoes alone: the strong one is there sooner, the weak one later, and the shift
+    /// of each plot in association is what the law says; without the switch nothing is.
+    #[test]
+    fn strong_echoes_speak_for_a_target_and_weak_ones_against_it() {
+        let law = AmplitudeLaw { threshold: 18.0, noise: 1.0 };
+        let mut config = TrackingConfig::paper();
+        config.life.existence = Some(ExistenceRules::default());
+        let kind = SensorKind::Asde;
+        let told =
+            SensorModel { strength: Some(law), ..SensorModel::default_of(SensorId(1), kind) };
+        config.sensors = vec![told];
+        let doubts = |amplitude: bool, scans: u32| {
+            let mut tracker = Tracker::new(TrackingConfig { amplitude, ..config.clone() });
+            for k in 1..=scans {
+                let t = f64::from(k);
+                let plot = |sequence: u32, db: f64| Plot {
+                    sensor: SensorId(1),
+                    sequence,
+                    scnr_db: Some(db),
+                    ..plot_at(t - 0.5, 8.0 * t, 900.0 * f64::from(sequence), 1.0)
+                };
+                let plots = [plot(0, 12.6), plot(1, 25.0)];
+                tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            }
+            let there = |t: &Track| t.doubt.as_ref().expect("by existence").existence.there();
+            tracker.tracks.iter().map(there).collect::<Vec<_>>()
+        };
+        for scans in [1, 2] {
+            let (alike, apart) = (doubts(false, scans), doubts(true, scans));
+            assert!(alike.len() == 2 && (alike[0] - alike[1]).abs() < 1e-9, "{alike:?}");
+            assert!(apart[0] < alike[0] && apart[1] > alike[1], "{apart:?} {alike:?}");
+        }
+        // One false plot in so many is as strong: births are 30 times and 0.3 times as many.
+        let (born, all) = (doubts(true, 1), doubts(false, 1)[0]);
+        let odds = |r: f64| r / (1.0 - r);
+        assert!((odds(born[1]) / odds(all) - 30.0).abs() < 1e-6, "{born:?} {all}");
+        assert!((odds(born[0]) / odds(all) - 0.3).abs() < 1e-6, "{born:?} {all}");
+
+        let candidates = [12.6, 25.0].map(|db| {
+            let plot =
+                Plot { sensor: SensorId(1), scnr_db: Some(db), ..plot_at(0.5, 0.0, 0.0, 1.0) };
+            Candidate { plot, index: 0 }
+        });
+        let mut work = Work { candidates: candidates.to_vec(), ..Work::default() };
+        for (amplitude, model, shifts) in [
+            (true, told, vec![libm::log(30.0)]),
+            (false, told, vec![]),
+            (true, SensorModel { strength: None, ..told }, vec![]),
+        ] {
+            let tracker = Tracker::new(TrackingConfig { amplitude, ..config.clone() });
+            tracker.weigh_strength(1, 2, &model, &mut work);
+            assert_eq!(work.shifts.plots, shifts);
         }
     }
 }

@@ -81,11 +81,11 @@ impl Tracker {
                 continue;
             };
             track.outside = self.is_outside(*index);
-            track.doubt = self
-                .config
-                .life
-                .existence
-                .map(|rules| Box::new(Doubt::born(plot, model, &rules, &work.entrances)));
+            let strength = self.config.log_strength(plot, model);
+            track.doubt =
+                self.config.life.existence.map(|rules| {
+                    Box::new(Doubt::born(plot, model, &rules, &work.entrances, strength))
+                });
             self.outcomes[*index] = Outcome::Used {
                 number: None,
                 serial: track.serial,

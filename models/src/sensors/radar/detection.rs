@@ -1,5 +1,6 @@
 //! Detection of `n` integrated pulses after a square-law detector: threshold, probability, required ratio.
 
+use crate::association::amplitude::AmplitudeLaw;
 use crate::special::{ln_gamma_p, ln_gamma_q};
 use std::f64::consts::{LN_10, SQRT_2};
 
@@ -263,6 +264,17 @@ impl Detector {
     #[must_use]
     pub fn noise_snr(&self, share: f64) -> f64 {
         self.measured_snr(0.0, Swerling::Steady, share)
+    }
+
+    /// Where the strengths of plots begin, and by how much noise that has crossed the threshold is above it on average
+    /// (`E[Y | Y > T]` of a gamma variate of order n by its quantiles, to a hundredth).
+    #[must_use]
+    pub fn strengths(&self) -> AmplitudeLaw {
+        let threshold = self.threshold / f64::from(self.n) - 1.0;
+        let parts = 256;
+        let mean = |k: u32| self.noise_snr((f64::from(k) + 0.5) / f64::from(parts)) - threshold;
+        let noise = (0..parts).map(mean).sum::<f64>() / f64::from(parts);
+        AmplitudeLaw { threshold, noise }
     }
 
     /// Signal-to-noise ratio per pulse, as a power ratio, at which `probability` reaches `pd`: bisection

@@ -153,3 +153,36 @@ fn a_detected_echo_is_as_strong_as_its_fluctuation_makes_it() {
         }
     }
 }
+
+/// What the tracker is told of noise is that of the plots that noise makes: where they begin, and how far above that they are. The tail
+/// of a sum of pulses is a little steeper than the exponential one of the law; on the false plots of a radar it says "noise" and on
+/// echoes a little above the threshold "target".
+#[test]
+fn the_strengths_that_a_tracker_is_told_are_those_of_false_plots() {
+    for (pulses, most) in [(1, 0.052), (4, 0.08), (14, 0.1)] {
+        let detector = Detector::new(pulses, 1e-5);
+        let law = detector.strengths();
+        let key = DrawKey { run_seed: u64::from(pulses), sensor: 1, entity: 0, scan: 0 };
+        let mut rng = key.rng(Purpose::Study);
+        let drawn: Vec<f64> =
+            (0..3_000).map(|_| detector.noise_snr(1.0 - uniform(&mut rng))).collect();
+        let least = drawn.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(least >= law.threshold && least < law.threshold + 0.01 * law.noise.max(1.0));
+        let mean = drawn.iter().sum::<f64>() / 3_000.0 - law.threshold;
+        assert!((mean / law.noise - 1.0).abs() < 0.06, "{pulses}: {mean} for {law:?}");
+        let told = (0..3_000).map(|_| law.threshold + law.noise * exponential(&mut rng)).collect();
+        let found = apart(drawn, told);
+        assert!(found < most, "{pulses} pulses: {found}");
+    }
+    let mut radar = asde(|p| p.pfa = 1e-4);
+    let mut out = PlotSink::default();
+    for scan in 1..=10 {
+        let nobody = Straight::new(&[]);
+        radar.scan(&interval(scan, 1.0), &nobody, &Weather::default(), &mut out);
+    }
+    let law = radar.detector.strengths();
+    let said: Vec<f64> =
+        out.plots.iter().map(|p| law.log_ratio(from_db(p.scnr_db.expect("stated")))).collect();
+    let against = said.iter().filter(|said| **said < 0.0).count();
+    assert!(said.len() > 500 && against > said.len() * 9 / 10, "{against} of {}", said.len());
+}
