@@ -166,10 +166,16 @@ impl<const N: usize> Events<N> {
     pub fn from_plot(plot: &Plot, model: EventModel, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
         let state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
+        Ok(Self::at(plot.time, &state, model, start))
+    }
+
+    /// From a state at a time, accelerating or not.
+    #[must_use]
+    pub fn at(time: SimTime, state: &Gaussian, model: EventModel, start: Start) -> Self {
         let kept = Vec::with_capacity(N);
-        let mut filter = Self { time: plot.time, kept, model, start, log_density: 0.0 };
-        filter.replace(plot.time, &state);
-        Ok(filter)
+        let mut filter = Self { time, kept, model, start, log_density: 0.0 };
+        filter.replace(time, state);
+        filter
     }
 
     /// ln of the density (1/m², or 1/m of a plot along one direction) that the last plot was given before it was taken.

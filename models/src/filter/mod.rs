@@ -11,6 +11,7 @@
 //! | `mh3`, `mh9`, `mh27` | the 3, 9, 27 most likely histories of modes | [`histories`] |
 //! | `mh9-lag1` | the same, published one scan later with what that scan says | [`histories`] |
 //! | `events9`, `events27` | histories of accelerations that begin, change and end | [`events`] |
+//! | `choice` | `imm3`, or `events27` where the innovations call for it: one at a time | [`chosen`] |
 //! | `pair` | `imm3` and `events27`, averaged by the likelihood of the plots | [`averaged`] |
 //! | `mh9-map` | histories along a known centreline, and a free filter beside | [`map`], [`route`] |
 //! | `rts` | off-line: every state from all plots | [`smoother`] |
@@ -391,6 +392,7 @@ rungs! {
     [map] Mh9Map = map::MH9_MAP,
     [events] Events9 = events::EVENTS9,
     Events27 = events::EVENTS27,
+    [chosen] Choice = chosen::CHOICE,
     [averaged] Pair = averaged::PAIR,
 }
 
