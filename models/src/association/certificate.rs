@@ -247,7 +247,7 @@ mod tests {
             holes in 0u32..65_536,
             most_edges in 0usize..6,
         ) {
-            let hole = |k: usize| holes >> k & 1 == 1 && k % 3 > 0;
+            let hole = |k: usize| holes >> k & 1 == 1 && !k.is_multiple_of(3);
             let gains: Vec<f64> = (0..tracks * plots)
                 .map(|k| if hole(k) { f64::NEG_INFINITY } else { values[k] })
                 .collect();
