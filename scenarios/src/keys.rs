@@ -608,6 +608,11 @@ pub(crate) const TRACKING: &[Key] = &[
     Key::number("late_s", "s", 0.0, 60.0, "How late a plot may be and still be taken in its order"),
     Key::flag("consider_slow_errors", "Whether slow errors of sensors are respected"),
     Key::flag("register_sites", "Whether constant errors of radar sites are estimated"),
+    Key::flag(
+        "register_map",
+        "With `register_sites`: from what taxis on the airport's lanes too, where these were surveyed to half a metre",
+    )
+    .or("false"),
     Key::flag("register_echo", "Whether the near side of echoes is taken off"),
     Key::flag("amplitude", "Whether the strength of an echo says whether it has a target")
         .or("false"),

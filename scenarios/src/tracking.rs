@@ -22,6 +22,8 @@ pub struct Tracking {
     pub profile: Profile,
     /// What the tracker is told; sensors and sizes of types are added by [`crate::Scene::tracking_config`].
     pub config: TrackingConfig,
+    /// Whether errors of radar sites are estimated from what taxis on the airport's lanes too.
+    pub register_map: bool,
 }
 
 /// A named choice of filter, gates, association and fusion.
@@ -152,7 +154,7 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     let labels = &mut config.labels;
     set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
     set(&mut labels.list_sigma_s, "list_sigma_s", 1.0, 86_400.0, "s")?;
-    Ok(Tracking { profile, config })
+    Ok(Tracking { profile, config, register_map: section.flag("register_map")?.unwrap_or(false) })
 }
 
 /// The configuration with the scene's sensors and the sizes of all types.
@@ -166,6 +168,9 @@ pub(crate) fn complete(
     let mut config = tracking.config.clone();
     if config.filter.rung == Rung::Mh9Map {
         config.filter.map = Some(Arc::new(MapKnowledge::of(Network::of_airport(airport))));
+    }
+    if tracking.register_map {
+        config.lanes = Some(Arc::new(Network::of_airport(airport)));
     }
     config.sensors = sensors.iter().map(model_of).collect();
     config.sizes = types
@@ -261,9 +266,9 @@ mod tests {
             let with = |keys: &str| {
                 tracking(&format!("[tracking]\nprofile = \"{profile}\"\n{keys}")).expect("sound")
             };
-            let (off, on) = (with(""), with("amplitude = true"));
-            assert!(!off.config.amplitude, "{profile}");
-            assert!(on.config.amplitude, "{profile}");
+            let (off, on) = (with(""), with("amplitude = true\nregister_map = true"));
+            assert!(!off.config.amplitude && !off.register_map, "{profile}");
+            assert!(on.config.amplitude && on.register_map, "{profile}");
             let same = TrackingConfig { amplitude: false, ..on.config };
             assert_eq!(same, off.config, "{profile}: nothing else");
         }

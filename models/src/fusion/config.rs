@@ -3,9 +3,11 @@
 use super::near_side::EchoLaw;
 use crate::association::amplitude::AmplitudeLaw;
 use crate::association::kinematic_gate::ClassLimits;
+use crate::filter::route::Network;
 use crate::filter::{FilterConfig, Rung};
 use crate::flight_list::{FlightEntry, MovementKind, WakeCategory};
 use crate::plot::{Plot, SensorId, SensorKind};
+use std::sync::Arc;
 
 /// How plots are given to tracks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -222,6 +224,9 @@ pub struct TrackingConfig {
     /// Whether constant errors of radar sites (and what is known of echoes) are estimated from targets that report their
     /// position, and taken off.
     pub register_sites: bool,
+    /// The same from targets that taxi along these lanes, where they were surveyed (to half a metre): a lane that is not where the map
+    /// has it is taken for an error of the site. Not beside `register_sites = false`.
+    pub lanes: Option<Arc<Network>>,
     /// Whether the near side of echoes is taken off, and what is left of it respected ([`super::near_side`]).
     pub register_echo: bool,
     /// Whether the strength of an echo says whether it has a target ([`crate::association::amplitude`]): in joint association, and
@@ -280,6 +285,7 @@ impl TrackingConfig {
             ring_s: 5.0,
             consider_slow_errors: false,
             register_sites: false,
+            lanes: None,
             register_echo: false,
             amplitude: false,
             echo: EchoLaw::default(),

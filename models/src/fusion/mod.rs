@@ -18,6 +18,7 @@ mod lag;
 pub mod near_side;
 mod numbers;
 pub mod offline;
+mod on_lanes;
 pub mod own;
 mod places;
 pub mod reference;

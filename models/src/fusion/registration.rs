@@ -9,6 +9,8 @@
 //! range, would be taken off everything else.
 
 use super::near_side::{self, Body, EchoLaw};
+use super::on_lanes;
+use crate::filter::route::Network;
 use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
@@ -140,6 +142,27 @@ impl Joint {
         let rows = self.rows(site, pair);
         let found = self.news(&rows, pair);
         self.add(&rows, found, pair.variance_m2);
+    }
+
+    /// Takes what a pair of `site` says along a direction alone, off a lane: its variance grows with what it is off the estimate
+    /// ([`on_lanes::variance_m2`]). Whether it was taken: within four deviations of what the prior foresees.
+    fn learn_along(&mut self, site: usize, pair: &Pair, direction: Vector2<f64>) -> bool {
+        let rows = self.rows(site, pair);
+        let across = Vector2::new(pair.axis.y, -pair.axis.x);
+        let part = [direction.dot(&pair.axis), direction.dot(&across)];
+        let news = self.news(&rows, pair);
+        let row: Vec<f64> =
+            rows[0].iter().zip(&rows[1]).map(|(a, b)| part[0] * a + part[1] * b).collect();
+        let found = part[0] * news[0] + part[1] * news[1];
+        let spread: f64 = part.iter().zip(pair.variance_m2).map(|(p, v)| p * p * v).sum();
+        let foreseen: f64 = row.iter().zip(&self.estimate).map(|(j, e)| j * e).sum();
+        let variance = on_lanes::variance_m2(found - foreseen, spread);
+        let of_prior = row.iter().map(|j| j * j).sum::<f64>() + on_lanes::variance_m2(0.0, spread);
+        let fits = found * found <= FARTHEST_SIGMA * FARTHEST_SIGMA * of_prior;
+        if fits {
+            self.add(&[row.clone(), row], [found, 0.0], [variance, f64::INFINITY]);
+        }
+        fits
     }
 
     /// What a pair says beyond what the prior's mean foresees, along and across, m.
@@ -338,6 +361,16 @@ pub(super) struct Waiting {
     pub(super) interval_s: f64,
 }
 
+/// What is known of where the echo of a target lies.
+struct OfBody {
+    /// Half extent that κ multiplies, m; 0 where it is not known.
+    half_extent_m: f64,
+    /// Mean offset towards the radar where it is not, m.
+    mean_m: f64,
+    /// What is left of it along and across the line of sight, standard deviations, m.
+    left_m: [f64; 2],
+}
+
 /// Bias of a radar with its standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiteBias {
@@ -404,8 +437,50 @@ impl Registration {
         }
     }
 
+    /// Holds a radar plot against the lane that its target keeps to; whether there was one.
+    pub(super) fn learn_lane(&mut self, waiting: &Waiting, lanes: &Network) -> bool {
+        let Waiting { plot, taken_off_m, velocity_mps, .. } = waiting;
+        let Some(polar) = plot.polar.filter(|p| p.range_m > 1.0) else { return false };
+        let found = on_lanes::beside(lanes, plot.position_m, *velocity_mps);
+        let Some((normal, off_m)) = found else { return false };
+        let Some(site) = self.site(plot.sensor) else { return false };
+        let of = self.of_body(waiting);
+        let pair = Pair {
+            axis: plot.axis,
+            ground_m: polar.range_m,
+            velocity_mps: *velocity_mps,
+            vehicle: waiting.body.as_ref().is_some_and(|b| b.vehicle),
+            half_extent_m: of.half_extent_m,
+            variance_m2: [
+                plot.along_m2 + of.left_m[0] * of.left_m[0],
+                plot.across_m2 + of.left_m[1] * of.left_m[1],
+            ],
+            delta_m: normal * off_m + taken_off_m + plot.axis * of.mean_m,
+        };
+        self.changed |= self.joint.learn_along(site, &pair, normal);
+        true
+    }
+
+    /// What is known of where the echo of a target lies.
+    fn of_body(&self, waiting: &Waiting) -> OfBody {
+        let Waiting { plot, body, course, velocity_mps, .. } = waiting;
+        let (mean_m, along_m) = self.law.offset_m(body.as_ref(), *course, plot.axis);
+        let drives = velocity_mps.norm_squared() > DRIVES_MPS * DRIVES_MPS;
+        let across_m = self.law.across_m(body.as_ref()) * if drives { 0.5 } else { 1.0 };
+        let left_m = [along_m, across_m];
+        match (body, course) {
+            (Some(body), Some(course)) => {
+                let seen = near_side::half_extents_m(body, plot.axis, *course);
+                let half_extent_m = self.law.of(body).joint_half_extent_m(seen);
+                OfBody { half_extent_m, mean_m: 0.0, left_m }
+            }
+            // The mean offset is taken off: what it may be wrong by tells nothing of κ.
+            _ => OfBody { half_extent_m: 0.0, mean_m, left_m },
+        }
+    }
+
     fn pair(&self, waiting: &Waiting, before: &Reference, after: &Reference) -> Option<Pair> {
-        let Waiting { plot, body, course, velocity_mps, interval_s, .. } = waiting;
+        let Waiting { plot, body, velocity_mps, interval_s, .. } = waiting;
         let polar =
             plot.polar.filter(|p| p.range_m > 1.0 && near_side::on_ground(*velocity_mps))?;
         let (gap_s, dt_s) = (after.time.since_s(before.time), plot.time.since_s(before.time));
@@ -419,30 +494,19 @@ impl Registration {
         let bent_m = 0.5 * ACCELERATION_MPS2 * dt_s * left_s;
         let report = |r: &Reference, share: f64| share * share * r.variance_m2 * r.repeats;
         let report = report(before, 1.0 - u) + report(after, u) + bent_m * bent_m;
-        let mut delta_m = plot.position_m + waiting.taken_off_m - expected;
-        let mut half_extent_m = 0.0;
-        match (body, course) {
-            (Some(body), Some(course)) => {
-                let seen = near_side::half_extents_m(body, plot.axis, *course);
-                half_extent_m = self.law.of(body).joint_half_extent_m(seen);
-            }
-            // The mean offset is taken off: what it may be wrong by tells nothing of κ.
-            _ => delta_m += plot.axis * self.law.offset_m(body.as_ref(), *course, plot.axis).0,
-        }
+        let of = self.of_body(waiting);
+        let delta_m = plot.position_m + waiting.taken_off_m - expected + plot.axis * of.mean_m;
         // What the law leaves is slow, as the error of the report is: the same echo as long as the target stands.
         let stands = velocity_mps.norm_squared() < STANDS_MPS * STANDS_MPS;
         let tau_s = if stands { AGEING_S } else { self.law.residual_tau_s };
         let repeats = (2.0 * tau_s / interval_s.max(1e-3)).max(1.0);
-        let (_, along_m) = self.law.offset_m(body.as_ref(), *course, plot.axis);
-        let drives = velocity_mps.norm_squared() > DRIVES_MPS * DRIVES_MPS;
-        let across_m = self.law.across_m(body.as_ref()) * if drives { 0.5 } else { 1.0 };
-        let slow = [along_m, across_m].map(|left_m| left_m * left_m * repeats);
+        let slow = of.left_m.map(|left_m| left_m * left_m * repeats);
         Some(Pair {
             axis: plot.axis,
             ground_m: polar.range_m,
             velocity_mps: if stands { Vector2::zeros() } else { *velocity_mps },
             vehicle: body.as_ref().is_some_and(|b| b.vehicle),
-            half_extent_m,
+            half_extent_m: of.half_extent_m,
             variance_m2: [plot.along_m2 + slow[0] + report, plot.across_m2 + slow[1] + report],
             delta_m,
         })

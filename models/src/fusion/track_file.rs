@@ -79,6 +79,8 @@ pub(super) struct Track {
     pub(super) named_at: SimTime,
     /// Its own last report of its position.
     pub(super) reference: Option<Box<Reference>>,
+    /// When one of its plots was held against a lane last.
+    pub(super) lane_at: Option<SimTime>,
     /// Line of the flight list that is given as its label.
     pub(super) entry: Option<Callsign>,
     /// Line that it more likely is than not.
@@ -180,6 +182,7 @@ impl Track {
             address: None,
             named_at: plot.time,
             reference: None,
+            lane_at: None,
             entry: None,
             assumed: None,
             label_p: None,

@@ -3,11 +3,13 @@
 use crate::fusion::budget::MERGED_ABOVE;
 use crate::fusion::buffers::Candidate;
 use crate::fusion::config::SensorModel;
+use crate::fusion::on_lanes::APART_S;
 use crate::fusion::registration::{Reference, Waiting};
 use crate::fusion::state::{Outcome, Tracker, Work};
 use crate::fusion::updates::Update;
 use crate::fusion::way::Applied;
 use crate::plot::Plot;
+use crate::time::SimTime;
 
 impl Tracker {
     /// Gives candidate `k` to a track.
@@ -94,17 +96,25 @@ impl Tracker {
         }
         if hit && self.config.register_sites && !outside {
             if plot.polar.is_some() && !manoeuvre {
-                let (body, course) = (track.body(), track.course);
+                let waiting = Waiting {
+                    plot: stated,
+                    taken_off_m: self.registration.correction_m(&stated)
+                        - stated.axis * self.registration.law().unknown_m.0,
+                    velocity_mps,
+                    body: track.body(),
+                    course: track.course,
+                    interval_s: model.interval_s,
+                };
+                let due = |at: SimTime| plot.time.since_s(at) >= APART_S;
+                if let Some(lanes) = &config.lanes
+                    && track.number.is_some()
+                    && track.lane_at.is_none_or(due)
+                    && self.registration.learn_lane(&waiting, lanes)
+                {
+                    track.lane_at = Some(plot.time);
+                }
                 if let Some(reference) = &mut track.reference {
-                    reference.keep(Waiting {
-                        plot: stated,
-                        taken_off_m: self.registration.correction_m(&stated)
-                            - stated.axis * self.registration.law().unknown_m.0,
-                        velocity_mps,
-                        body,
-                        course,
-                        interval_s: model.interval_s,
-                    });
+                    reference.keep(waiting);
                 }
             } else if plot.identity.is_some() && plot.along_m2.is_finite() {
                 let repeats = if model.slow_share > 0.0 {
