@@ -38,6 +38,7 @@ pub(super) fn open(
     serve("ctl/steps", Event::Steps)?;
     serve("log/conductor", Event::Fetch)?;
     serve("log/run", Event::Log)?;
+    serve("frames/conductor", Event::Repair)?;
     hear("fed", Event::Report)?;
     hear("beat", Event::Beat)?;
     let to = send.clone();

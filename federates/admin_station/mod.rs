@@ -51,6 +51,8 @@ pub enum Event {
     Beat(String, Vec<u8>),
     /// A member lacks orders, or reports of another one.
     Fetch(Request),
+    /// A consumer lacks PDUs of a producer that it does not hear.
+    Repair(Request),
     /// Lost reports were told again.
     Fetched(Vec<u8>),
     /// One that returns reads the log of the run.

@@ -19,7 +19,7 @@ use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
     Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, LogAsk, Numbered, Operation,
-    OperatorCommand, Outcome, Report, Welcome,
+    OperatorCommand, Outcome, RepairOf, Report, Welcome,
 };
 use crate::runtime::process::{Usage, random_id};
 use crate::runtime::run_log::RunLog;
@@ -195,7 +195,7 @@ impl Station {
         let mut questions = Vec::new();
         for event in events {
             match event {
-                Event::Fetch(_) | Event::Log(_) => questions.push(event),
+                Event::Fetch(_) | Event::Log(_) | Event::Repair(_) => questions.push(event),
                 Event::Leave => {
                     self.say_who_leads_on();
                     return Ok(Some(0));
@@ -219,7 +219,7 @@ impl Station {
             })?;
         }
         for question in questions {
-            self.answer(question);
+            self.answer(question)?;
         }
         if now >= self.next_beat {
             self.next_beat = now + BEAT_NS;
@@ -321,7 +321,7 @@ impl Station {
                 self.stopping.get_or_insert(now);
             }
             // Of these the turn takes care.
-            Event::Fetch(_) | Event::Log(_) | Event::Leave => {}
+            Event::Fetch(_) | Event::Log(_) | Event::Repair(_) | Event::Leave => {}
         }
         Ok(())
     }
@@ -391,8 +391,8 @@ impl Station {
         Ok(())
     }
 
-    /// Answers who lacks orders, reports or the log of the run.
-    fn answer(&mut self, question: Event) {
+    /// Answers who lacks orders, reports or the log of the run, and passes on who lacks PDUs.
+    fn answer(&mut self, question: Event) -> Result<(), StationError> {
         let conductor = self.lead.conductor();
         match question {
             Event::Fetch(request) => match decode::<FetchOf>(&request.body) {
@@ -409,8 +409,25 @@ impl Station {
                 Ok(_) => {}
                 Err(e) => tracing::warn!("a question for the log was dropped: {e}"),
             },
+            Event::Repair(request) => match decode::<RepairOf>(&request.body) {
+                Ok(ask) if conductor.passes_on(&ask) => {
+                    let mut asker = Some(request);
+                    let told = move |reply: Option<Vec<u8>>| {
+                        if let Some(body) = reply
+                            && let Some(asker) = asker.take()
+                        {
+                            asker.answer(body);
+                        }
+                    };
+                    let key = format!("frames/{}", ask.of);
+                    self.bus.request(&key, encode(&ask.repair), FETCH_WITHIN, Box::new(told))?;
+                }
+                Ok(_) => {}
+                Err(e) => tracing::warn!("a question for PDUs was dropped: {e}"),
+            },
             _ => {}
         }
+        Ok(())
     }
 
     fn beat(&mut self) -> Result<(), StationError> {

@@ -33,9 +33,9 @@ const ROLES: [Role; 12] = [
     Role {
         names: &["admin-station", "admin-station-standby"],
         says: &["ctl/order", "ctl/beat", "ctl/lead", "obs/**"],
-        serves: &["ctl/**", "log/run", "log/conductor", "obs/**"],
+        serves: &["ctl/**", "log/run", "log/conductor", "frames/conductor", "obs/**"],
         hears: &["fed/*", "beat/*", "obs/**", "tracks/**", "ctl/order", "ctl/beat", "ctl/lead"],
-        asks: &["log/*", "candidate/*", "agent/*", "ctl/**"],
+        asks: &["log/*", "frames/*", "candidate/*", "agent/*", "ctl/**"],
     },
     Role {
         names: &["traffic-generator"],

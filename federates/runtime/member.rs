@@ -2,6 +2,7 @@
 //! datagrams, requests and publications out. It executes frame k when k is granted and every input of k
 //! is complete, never because a timer fired.
 
+mod contact;
 mod frames;
 mod inputs;
 mod orders;
@@ -18,6 +19,7 @@ use super::messages::{
     RunConfig, Was,
 };
 use super::stream::{Inbox, Outbox};
+use contact::Contact;
 use inputs::{Incomplete, Producer};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -47,8 +49,10 @@ pub enum Effect {
     Report(Numbered<Report>),
     /// Ask somebody who may have them for PDUs.
     Repair {
-        /// Whom.
-        name: String,
+        /// Whom; the conductor passes it on.
+        holder: String,
+        /// Who made them.
+        of: String,
         /// What is missing.
         repair: Repair,
     },
@@ -141,6 +145,8 @@ pub struct Member {
     orders: Inbox<Order>,
     outbox: Outbox<Report>,
     peers: BTreeMap<String, Inbox<Report>>,
+    /// Producers that were asked since they were heard.
+    contacts: BTreeMap<String, Contact>,
     config: Option<RunConfig>,
     heard: BTreeSet<String>,
     granted: Frame,
@@ -218,6 +224,7 @@ impl Member {
             orders: Inbox::new(fed, 0, orders + 1),
             outbox: Outbox::new(fed, inc),
             peers: BTreeMap::new(),
+            contacts: BTreeMap::new(),
             config: None,
             heard: BTreeSet::new(),
             granted: 0,

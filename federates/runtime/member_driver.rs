@@ -8,8 +8,8 @@ use super::federate::{Federate, Octets, Publication};
 use super::hearing::LOOK_NS;
 use super::member::{CONDUCTOR, Effect, Member, Pulse, Remake};
 use super::messages::{
-    Accepted, Beat, FederateStatus, FetchOf, Hello, LogAsk, LogPage, Numbered, Order, Report,
-    Welcome,
+    Accepted, Beat, FederateStatus, FetchOf, Hello, LogAsk, LogPage, Numbered, Order, RepairOf,
+    Report, Welcome,
 };
 use super::overflow::Overflow;
 use super::process::Usage;
@@ -359,11 +359,15 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     }
                     bus.publish(&format!("fed/{name}"), Class::Must, encode(&report))?;
                 }
-                Effect::Repair { name: producer, repair } => {
+                Effect::Repair { holder, of, repair } => {
                     let replies = send.clone();
+                    let ask = match holder == CONDUCTOR {
+                        true => encode(&RepairOf { of, repair }),
+                        false => encode(&repair),
+                    };
                     bus.request(
-                        &format!("frames/{producer}"),
-                        encode(&repair),
+                        &format!("frames/{holder}"),
+                        ask,
                         Duration::from_millis(500),
                         Box::new(move |reply| {
                             if let Some(body) = reply {
@@ -678,6 +682,7 @@ impl StatusKeeper {
         told(&status.name, word.into_iter().collect());
         let alarms = member.hearing().alarms().chain(self.overflow.alarm());
         status.alarms = alarms.map(str::to_owned).collect();
+        status.alarms.extend(member.unheard().map(str::to_owned));
         status
     }
 }

@@ -15,6 +15,7 @@
 //! | `ctl/command` | request | [`Command`] → [`Answer`], operator to conductor |
 //! | `fed/{name}` | must arrive | [`Numbered`] [`Report`], member to conductor and consumers |
 //! | `frames/{name}` | request | [`Repair`] → [`Repaired`], by the producer and by every consumer |
+//! | `frames/conductor` | request | [`RepairOf`] → [`Repaired`], passed on to the producer by the conductor |
 //! | `alive/{name}/{inc}` | liveliness | a hint only |
 //! | `obs/state` | may be lost, last value served | [`RunState`] |
 //! | `obs/fed/{name}` | may be lost | [`FederateStatus`] |
@@ -393,6 +394,15 @@ pub struct Repair {
     pub run: u32,
     /// (frame, hashes wanted).
     pub wanted: Vec<(Frame, Vec<u64>)>,
+}
+
+/// The same by way of the conductor, which hears a producer that the asker does not hear.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RepairOf {
+    /// Who made them.
+    pub of: String,
+    /// What is missing.
+    pub repair: Repair,
 }
 
 /// The PDUs asked for, as far as the producer still has them.

@@ -10,6 +10,9 @@ use super::clock::WallNs;
 use super::messages::{Fetch, Fetched, Numbered, Weight};
 use std::collections::{BTreeMap, VecDeque};
 
+/// Messages kept at most for who confirms none of them: far more than any grant horizon lets a reader be behind.
+const KEPT_MOST: usize = 4096;
+
 /// Messages kept at least, whether or not all readers have confirmed them.
 const KEPT: usize = 1024;
 
@@ -31,6 +34,9 @@ const ASK_AFTER_NS: WallNs = 2_000_000;
 /// Pauses between questions for the same message: the first, doubled up to the last, which is that of beats. Orders and reports are taken in
 /// their order: where much is lost a run is as fast as its holes are filled.
 const ASK_AGAIN_NS: [WallNs; 2] = [20_000_000, 100_000_000];
+
+/// The first of these pauses where it is only supposed that there is something.
+const ASK_SOON_NS: WallNs = 5_000_000;
 
 /// The sender's end of a stream.
 #[derive(Debug)]
@@ -58,7 +64,9 @@ impl<T: Clone + Weight> Outbox<T> {
         self.kept.push_back((self.last, body.clone()));
         let needed = self.confirmed.values().copied().min().unwrap_or(self.last);
         while let Some((seq, first)) = self.kept.front()
-            && (self.octets > KEPT_OCTETS || self.kept.len() > KEPT && *seq <= needed)
+            && (self.octets > KEPT_OCTETS
+                || self.kept.len() > KEPT_MOST
+                || self.kept.len() > KEPT && *seq <= needed)
         {
             self.octets -= first.octets();
             self.kept.pop_front();
@@ -200,9 +208,10 @@ impl<T: Clone + Weight> Inbox<T> {
         }
     }
 
-    /// What to ask for now, and how often it was asked before.
-    pub fn due(&mut self, now: WallNs) -> Option<(Fetch, u32)> {
+    /// What to ask for now, and how often it was asked before. Where nobody says that there is something, `soon`, the pauses begin shorter.
+    pub fn due(&mut self, now: WallNs, soon: bool) -> Option<(Fetch, u32)> {
         let (at, pause, tries) = self.ask.filter(|(at, ..)| now >= *at)?;
+        let pause = if soon && tries == 0 { ASK_SOON_NS } else { pause };
         self.ask = Some((at.max(now) + pause, (2 * pause).min(ASK_AGAIN_NS[1]), tries + 1));
         let to = self.held.keys().next().map_or(u64::MAX, |first| first - 1);
         Some((Fetch { fed: self.fed, inc: self.inc, from: self.next, to }, tries))

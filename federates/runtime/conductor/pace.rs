@@ -78,7 +78,7 @@ impl Conductor {
         }
         self.extend(now, effects);
         for (name, member) in &mut self.members {
-            if let Some((fetch, _)) = member.stream.due(now) {
+            if let Some((fetch, _)) = member.stream.due(now, false) {
                 let ask = FetchOf { of: name.clone(), fetch };
                 effects.push(Effect::Fetch { holder: name.clone(), ask });
             }

@@ -3,7 +3,9 @@
 use super::{Conductor, Effect, Fault, MemberEntry};
 use crate::runtime::clock::WallNs;
 use crate::runtime::member::CONDUCTOR;
-use crate::runtime::messages::{Beat, FetchOf, Fetched, Frame, Kind, Numbered, Order, Report};
+use crate::runtime::messages::{
+    Beat, FetchOf, Fetched, Frame, Kind, Numbered, Order, RepairOf, Report,
+};
 use crate::runtime::stream::Inbox;
 
 /// Share of a new latency in the smoothed one: about a second of frames.
@@ -116,6 +118,12 @@ impl Conductor {
         let asked =
             |s: &&Inbox<Report>| s.inc() == ask.fetch.inc && ask.fetch.fed == self.config.fed;
         stream.filter(asked).map_or(nothing, |stream| stream.relay(&ask.of, &ask.fetch))
+    }
+
+    /// Whether PDUs that a member lacks are to be asked for in its place: who made them takes part in this run.
+    #[must_use]
+    pub fn passes_on(&self, ask: &RepairOf) -> bool {
+        ask.repair.run == self.run && self.members.get(&ask.of).is_some_and(|m| m.alive)
     }
 
     /// Reports that were lost on their way.

@@ -4,8 +4,8 @@ use super::{MS, S, SMDFM, WORLD};
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::member::{CONDUCTOR, Effect as Act, Member};
 use crate::runtime::messages::{
-    Accepted, Beat, FinalReport, Frame, FrameEnds, Joined, Kind, Notice, Numbered, Order, Repair,
-    Repaired, Report, RunConfig, Standing,
+    Accepted, Beat, Fetched, FinalReport, Frame, FrameEnds, Joined, Kind, Notice, Numbered, Order,
+    Repair, Repaired, Report, RunConfig, Standing,
 };
 use std::sync::{Arc, Mutex};
 
@@ -151,9 +151,70 @@ fn others_are_asked_for_what_a_producer_does_not_tell_again() {
             _ => None,
         }));
     }
-    assert!(asked.len() > 4 && asked[..2] == [WORLD, WORLD], "{asked:?}");
-    assert!(asked[2..].iter().any(|holder| holder != WORLD), "{asked:?}");
+    assert!(asked.len() > 8 && asked[..2] == [WORLD, CONDUCTOR], "{asked:?}");
     assert!(asked[3..].iter().any(|holder| holder == WORLD), "and itself again: {asked:?}");
+}
+
+/// Once it did not answer others are asked first, until a word of it comes by itself; what others tell again of it is none.
+#[test]
+fn a_producer_that_did_not_answer_is_asked_first_again_once_it_is_heard() {
+    let mut member = member(true);
+    let beat = |last_seq| Beat { fed: 7, inc: 1, last_seq, ..Beat::default() };
+    let first_asked = |member: &mut Member, now: u64| {
+        (0..6).find_map(|n| {
+            let mut effects = Vec::new();
+            member.tick(now + n * MS, &mut effects);
+            effects.into_iter().find_map(|effect| match effect {
+                Act::Fetch { holder, ask } if ask.of == WORLD => Some(holder),
+                _ => None,
+            })
+        })
+    };
+    let told = |seq| {
+        let items = vec![ends_of(1, seq, seq - 1, seq - 1, None)];
+        Fetched { of: WORLD.into(), items, gone_before: 0 }
+    };
+    let mut now = S;
+    let seen =
+        |seq| Beat { fed: 7, last_seq: 1, seen: vec![(WORLD.into(), 1, seq)], ..Beat::default() };
+    member.hear_beat(now, CONDUCTOR, &seen(1));
+    assert_eq!(first_asked(&mut member, now).as_deref(), Some(WORLD));
+    assert_eq!(first_asked(&mut member, now + 100 * MS).as_deref(), Some(CONDUCTOR));
+    for seq in 1..=14 {
+        assert_eq!(member.unheard().count(), usize::from(seq > 11), "told by others alone: {seq}");
+        now = S + seq * 100 * MS;
+        member.fetched(now, told(seq), &mut Vec::new());
+        member.hear_beat(now, CONDUCTOR, &seen(seq + 1));
+        assert_eq!(first_asked(&mut member, now).as_deref(), Some(CONDUCTOR), "{seq}");
+    }
+    let said: Vec<_> = member.unheard().map(str::to_owned).collect();
+    assert!(
+        said.len() == 1 && said[0].contains(WORLD) && said[0].contains("by the station"),
+        "{said:?}"
+    );
+    member.fetched(now, told(15), &mut Vec::new());
+    member.hear_beat(now, WORLD, &beat(16));
+    assert_eq!(member.unheard().count(), 0, "heard again");
+    assert_eq!(first_asked(&mut member, now).as_deref(), Some(WORLD));
+}
+
+/// The only consumer: whoever else there is to ask for PDUs is the station.
+#[test]
+fn pdus_of_a_producer_that_does_not_answer_are_asked_for_by_way_of_the_station() {
+    let mut member = member(true);
+    member.report(S, WORLD, ends_of(1, 1, 0, 0, Some(5)), &mut Vec::new());
+    let mut asked = Vec::new();
+    for n in 0..30 {
+        let mut effects = Vec::new();
+        member.tick(S + n * 100 * MS, &mut effects);
+        asked.extend(effects.into_iter().filter_map(|effect| match effect {
+            Act::Repair { holder, of, .. } => Some((holder, of)),
+            _ => None,
+        }));
+    }
+    assert!(asked.iter().all(|(_, of)| of == WORLD), "{asked:?}");
+    let [first, second, ..] = &asked[..] else { panic!("asked twice: {asked:?}") };
+    assert_eq!((first.0.as_str(), second.0.as_str()), (WORLD, CONDUCTOR));
 }
 
 /// Who is ready before a run sends probes until it begins; who returns to one sends none, and may have nothing to send for long.

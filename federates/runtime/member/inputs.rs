@@ -52,7 +52,6 @@ pub(super) struct Incomplete {
     since: WallNs,
     asked: Option<WallNs>,
     tries: u32,
-    producer: String,
 }
 
 impl Incomplete {
@@ -74,6 +73,23 @@ impl Incomplete {
 impl Member {
     /// A report of another member.
     pub fn report(
+        &mut self,
+        now: WallNs,
+        from: &str,
+        report: Numbered<Report>,
+        effects: &mut Vec<Effect>,
+    ) {
+        if report.fed != self.fed || from == self.name || !self.federate.consumes() {
+            return;
+        }
+        if report.inc >= self.peers.get(from).map_or(0, Inbox::inc) {
+            self.hears(from);
+        }
+        self.take_report(now, from, report, effects);
+    }
+
+    /// A report of another member, by itself or by somebody who remembers it.
+    pub(super) fn take_report(
         &mut self,
         now: WallNs,
         from: &str,
@@ -223,9 +239,7 @@ impl Member {
             }
             self.hearing.named(now, from, named as u64, here);
             if !missing.is_empty() {
-                let producer = from.to_owned();
-                let incomplete =
-                    Incomplete { missing, since: now, asked: None, tries: 0, producer };
+                let incomplete = Incomplete { missing, since: now, asked: None, tries: 0 };
                 self.incomplete.insert((frame, from.to_owned()), incomplete);
             }
         }
@@ -337,13 +351,22 @@ impl Member {
     /// Asks for PDUs that are missing too long.
     pub(super) fn ask_for_pdus(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let others = self.other_consumers();
-        let mut asks: BTreeMap<String, Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
-        for ((frame, _), incomplete) in &mut self.incomplete {
+        let mut asks: BTreeMap<(String, String), Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
+        for ((frame, of), incomplete) in &mut self.incomplete {
             if now >= incomplete.due() {
                 incomplete.asked = Some(now);
-                let name = holder(&incomplete.producer, incomplete.tries, false, &others);
+                // The station passes a question on to whom it hears.
+                let here = self.producers.get(of).is_some_and(|p| p.inc.is_some());
+                let silent = self.contacts.get(of).is_some_and(|contact| contact.silent(now));
+                let name = match silent && here {
+                    true => stand_in(of, incomplete.tries, &others),
+                    false => pdu_holder(of, incomplete.tries, here, &others),
+                };
+                if name == *of {
+                    self.contacts.entry(of.clone()).or_default().asks(now);
+                }
                 incomplete.tries += 1;
-                let wanted = asks.entry(name).or_default();
+                let wanted = asks.entry((name, of.clone())).or_default();
                 let asked: usize = wanted.iter().map(|(_, hashes)| hashes.len()).sum();
                 let page = &incomplete.missing;
                 let most = page.len().min(REPAIR_PDUS.saturating_sub(asked));
@@ -353,8 +376,8 @@ impl Member {
             }
         }
         let run = self.run();
-        for (name, wanted) in asks {
-            effects.push(Effect::Repair { name, repair: Repair { run, wanted } });
+        for ((holder, of), wanted) in asks {
+            effects.push(Effect::Repair { holder, of, repair: Repair { run, wanted } });
         }
     }
 
@@ -425,11 +448,27 @@ impl Member {
     }
 }
 
-/// Whom to ask for what `name` made: itself twice, then in turn all who may hold it.
-pub(super) fn holder(name: &str, tries: u32, conductor: bool, consumers: &[String]) -> String {
-    let conductor = conductor.then_some(CONDUCTOR);
-    let all: Vec<&str> =
-        [name].into_iter().chain(conductor).chain(consumers.iter().map(String::as_str)).collect();
-    let turn = (tries as usize).saturating_sub(1) % all.len();
-    all[turn].to_owned()
+/// Whom to ask for what `name` told: itself twice, then in turn the conductor and all who may hold it.
+pub(super) fn holder(name: &str, tries: u32, others: &[String]) -> String {
+    in_turn(&[name, CONDUCTOR], others, &[], tries.saturating_sub(1))
+}
+
+/// Whom to ask for PDUs that `name` made: itself twice, then in turn all who may hold them, last the conductor, who hears it.
+fn pdu_holder(name: &str, tries: u32, conductor: bool, others: &[String]) -> String {
+    let last: &[&str] = if conductor { &[CONDUCTOR] } else { &[] };
+    in_turn(&[name], others, last, tries.saturating_sub(1))
+}
+
+/// Whom to ask for what `name` told or made that does not answer: the conductor, and every fourth time somebody else.
+pub(super) fn stand_in(name: &str, tries: u32, others: &[String]) -> String {
+    match tries % 4 {
+        3 => in_turn(&[], others, &[name], tries / 4),
+        _ => CONDUCTOR.to_owned(),
+    }
+}
+
+fn in_turn(first: &[&str], others: &[String], last: &[&str], turn: u32) -> String {
+    let others = others.iter().map(String::as_str);
+    let all: Vec<&str> = first.iter().copied().chain(others).chain(last.iter().copied()).collect();
+    all[turn as usize % all.len()].to_owned()
 }

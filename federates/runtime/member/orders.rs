@@ -181,6 +181,7 @@ impl Member {
             let used = used.filter(|_| !absent.contains(name)).min(producer.ended);
             let kept = (*cut).max(used);
             producer.ended = producer.ended.min(kept);
+            self.contacts.remove(name);
             producer.bound = None;
             producer.inc = None;
             producer.absent = absent.contains(name);
@@ -226,6 +227,7 @@ impl Member {
         self.made = Digest::default();
         self.content = 0;
         self.early.clear();
+        self.contacts.clear();
         self.incomplete.clear();
         self.hearing.configure(config.run, self.producers.keys());
         self.ready.clear();

@@ -1,6 +1,7 @@
 //! The numbered streams between members: beats, what is lost and asked for again.
 
-use super::inputs::{Incomplete, holder};
+use super::contact::Contact;
+use super::inputs::{Incomplete, Producer, holder, stand_in};
 use super::{CONDUCTOR, Effect, Member};
 use crate::runtime::clock::WallNs;
 use crate::runtime::messages::{Beat, FetchOf, Fetched, Order, Report};
@@ -13,6 +14,9 @@ impl Member {
             return;
         }
         if from != CONDUCTOR {
+            if self.peers.get(from).is_none_or(|inbox| inbox.inc() <= beat.inc) {
+                self.hears(from);
+            }
             self.has_told(now, from, beat.inc, beat.last_seq);
         } else if beat.inc == 0 {
             self.orders.told(now, beat.last_seq);
@@ -103,8 +107,11 @@ impl Member {
             }
             return self.cast_out(effects);
         }
+        if !fetched.items.is_empty() {
+            self.hears_by_others(now, &fetched.of);
+        }
         for report in fetched.items {
-            self.report(now, &fetched.of, report, effects);
+            self.take_report(now, &fetched.of, report, effects);
         }
     }
 
@@ -112,14 +119,29 @@ impl Member {
     pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         self.ask_for_pdus(now, effects);
         self.stand(now, effects);
-        if let Some((fetch, _)) = self.orders.due(now) {
+        if let Some((fetch, _)) = self.orders.due(now, false) {
             let ask = FetchOf { of: CONDUCTOR.to_owned(), fetch };
             effects.push(Effect::Fetch { holder: CONDUCTOR.to_owned(), ask });
         }
         let others = self.other_consumers();
         for (name, inbox) in &mut self.peers {
-            let Some((fetch, tries)) = inbox.due(now) else { continue };
-            let holder = holder(name, tries, true, &others);
+            // Of the lost nobody knows who has most.
+            let takes_part = |p: &&Producer| p.inc == Some(inbox.inc());
+            let producer = self.producers.get(name).filter(takes_part);
+            let silent = |contact: &Contact| producer.is_some() && contact.silent(now);
+            let silent = self.contacts.get(name).is_some_and(silent);
+            if silent && !self.closed && producer.is_some_and(|p| p.ended < Some(self.granted)) {
+                // Nobody says when the rest is there.
+                inbox.told(now, inbox.seen() + 1);
+            }
+            let Some((fetch, tries)) = inbox.due(now, silent) else { continue };
+            let holder = match silent {
+                true => stand_in(name, tries, &others),
+                false => holder(name, tries, &others),
+            };
+            if holder == *name {
+                self.contacts.entry(name.clone()).or_default().asks(now);
+            }
             effects.push(Effect::Fetch { holder, ask: FetchOf { of: name.clone(), fetch } });
         }
     }

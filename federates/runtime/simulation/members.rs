@@ -5,7 +5,9 @@ use super::station::Role;
 use super::{DONE_WITHOUT, Event, HELLO_AGAIN_NS, LEFT_OUT, MS, Node, PLACES, Simulation};
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::member::{CONDUCTOR, Effect, Member, Remake};
-use crate::runtime::messages::{Accepted, FinalReport, Frame, Hello, Kind, Report, RunConfig};
+use crate::runtime::messages::{
+    Accepted, FinalReport, Frame, Hello, Kind, RepairOf, Report, RunConfig,
+};
 use crate::runtime::succession::Voter;
 use std::sync::Arc;
 
@@ -58,9 +60,16 @@ impl Simulation {
                         self.post(name, &to, parcel, loss);
                     }
                 }
-                Effect::Repair { name: holder, repair } => {
+                Effect::Repair { holder, of, repair } => {
                     self.note("PDUs asked for");
-                    self.post(name, &holder, || Parcel::Repair(name.into(), repair.clone()), loss);
+                    if holder == CONDUCTOR {
+                        let ask = RepairOf { of, repair };
+                        let parcel = || Parcel::RepairOf(name.into(), ask.clone());
+                        PLACES.iter().for_each(|to| self.post(name, to, parcel, loss));
+                    } else {
+                        let parcel = || Parcel::Repair(name.into(), repair.clone());
+                        self.post(name, &holder, parcel, loss);
+                    }
                 }
                 Effect::Fetch { holder, ask } => {
                     self.note("messages asked for");

@@ -4,7 +4,9 @@ use super::{LEASE_NS, PLACES, Simulation};
 use crate::runtime::federate::Octets;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;
-use crate::runtime::messages::{Beat, FetchOf, Fetched, Numbered, Order, Repair, Repaired, Report};
+use crate::runtime::messages::{
+    Beat, FetchOf, Fetched, Numbered, Order, Repair, RepairOf, Repaired, Report,
+};
 use crate::runtime::succession::{Candidacy, Steps, StepsAsk, Voted};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -31,6 +33,10 @@ pub(super) enum Parcel {
     Pdus(Vec<Octets>),
     Repair(String, Repair),
     Repaired(Repaired),
+    /// By way of the station there: who asks, and what.
+    RepairOf(String, RepairOf),
+    RepairBy(usize, String, Repair),
+    RepairedFor(String, Repaired),
     Fetch(String, FetchOf),
     Orders(Fetched<Order>),
     Reports(Fetched<Report>),
@@ -54,8 +60,8 @@ impl Parcel {
             Self::Report(_, report) => 2 + (report.seq << 4),
             Self::Beat(_, beat) | Self::LateBeat(beat) => 3 + (beat.last_seq << 4),
             Self::Pdus(_) => 4,
-            Self::Repair(..) => 5,
-            Self::Repaired(_) => 6,
+            Self::Repair(..) | Self::RepairOf(..) | Self::RepairBy(..) => 5,
+            Self::Repaired(_) | Self::RepairedFor(..) => 6,
             Self::Fetch(_, ask) => 7 + (ask.fetch.from << 4),
             Self::Orders(_) => 8,
             Self::Reports(_) => 9,
@@ -184,6 +190,10 @@ impl Simulation {
             Parcel::Reports(fetched) => member.fetched(now, fetched, &mut effects),
             Parcel::Repair(from, repair) => {
                 answer = Some((from, Parcel::Repaired(member.repair(&repair))));
+            }
+            Parcel::RepairBy(at, from, repair) => {
+                let repaired = Parcel::RepairedFor(from, member.repair(&repair));
+                answer = Some((PLACES[at].to_owned(), repaired));
             }
             Parcel::Fetch(from, ask) => answer = Some((from, Parcel::Reports(member.fetch(&ask)))),
             _ => {}

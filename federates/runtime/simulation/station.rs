@@ -11,7 +11,9 @@ use crate::runtime::journal::{Disk, Journal, JournalError, Past};
 use crate::runtime::lead::Lead;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::{CONDUCTOR, Member};
-use crate::runtime::messages::{Command, Fetch, FetchOf, Frame, Hello, Numbered, Order, Welcome};
+use crate::runtime::messages::{
+    Command, Fetch, FetchOf, Frame, Hello, Numbered, Order, RepairOf, Welcome,
+};
 use crate::runtime::run_log::RunLog;
 use crate::runtime::succession::{Question, Steps};
 use std::collections::BTreeMap;
@@ -471,6 +473,15 @@ impl Simulation {
                         (host.dead, host.role) = (true, Role::None);
                         self.note("station stands down");
                         self.put(now + 8 * MS, PLACES[1 - at], Parcel::Station(false));
+                    }
+                    Parcel::RepairOf(from, ask) if lead.conductor().passes_on(&ask) => {
+                        self.note("PDUs asked for by the station");
+                        let RepairOf { of, repair } = ask;
+                        let parcel = || Parcel::RepairBy(at, from.clone(), repair.clone());
+                        self.post(PLACES[at], &of, parcel, self.network.bus_loss);
+                    }
+                    Parcel::RepairedFor(to, repaired) => {
+                        self.reply(PLACES[at], &to, Parcel::Repaired(repaired));
                     }
                     Parcel::Fetch(from, ask) => {
                         let fetched = match ask.of == CONDUCTOR {
