@@ -575,14 +575,14 @@ mod tests {
             octets.windows(name.len()).any(|w| w == name.as_bytes())
         };
         assert!(has("E19") && !has("ZZ7Q"));
-        assert_eq!(listening.gateway.flights, [flight.clone()]);
+        assert_eq!(listening.gateway.flights, std::slice::from_ref(&flight));
         let text = r#"{"time_s":1.5,"movers":[{"callsign":"swr_137h","stand":"ZZ 7Q"}]}"#;
         listening.take(Event::Traffic(text.into()));
         listening.take(scan(2));
         assert!(has("ZZ7Q"));
         let stand_m = Some(Point2::new(4.0, 5.0));
         let given = FlightNotice { stand: "ZZ 7Q".into(), stand_m, ..flight.clone() };
-        assert_eq!(listening.gateway.flights, [given.clone()]);
+        assert_eq!(listening.gateway.flights, std::slice::from_ref(&given));
         // The list comes again as it was planned.
         listening.take(Event::Flights(vec![flight]));
         assert_eq!(listening.gateway.flights, [given]);

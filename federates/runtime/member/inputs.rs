@@ -70,6 +70,9 @@ impl Incomplete {
     }
 }
 
+/// PDUs that are asked for, by frame and hash; by who is asked, and of whom they are.
+type Asks = BTreeMap<(String, String), Vec<(Frame, Vec<u64>)>>;
+
 impl Member {
     /// A report of another member.
     pub fn report(
@@ -351,7 +354,7 @@ impl Member {
     /// Asks for PDUs that are missing too long.
     pub(super) fn ask_for_pdus(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let others = self.other_consumers();
-        let mut asks: BTreeMap<(String, String), Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
+        let mut asks = Asks::new();
         for ((frame, of), incomplete) in &mut self.incomplete {
             if now >= incomplete.due() {
                 incomplete.asked = Some(now);

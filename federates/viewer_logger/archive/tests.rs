@@ -99,7 +99,12 @@ fn what_was_noted_of_tracks_is_in_the_frame_out_of_the_log_too() {
         Log::create(&file, &RunInfo::default(), &AirportMap::default()).expect("a new log");
     let mut history = History::new(1 << 24);
     let noted = |n: u64| -> Noted {
-        let note = Note { doing: n as u8, derived: n % 2 == 0, alert: (n % 3) as u8, cleared: 13 };
+        let note = Note {
+            doing: n as u8,
+            derived: n.is_multiple_of(2),
+            alert: (n % 3) as u8,
+            cleared: 13,
+        };
         [(4, note), (9, Note { cleared: n as u8, ..note })].into()
     };
     for n in 1..=12 {

@@ -101,7 +101,8 @@ impl Chosen {
             self.called = plot.time;
             if self.events.is_none() {
                 let state = self.modes.estimate().state;
-                self.events = Some(Events::at(plot.time, &state, EventModel::default(), self.start()));
+                self.events =
+                    Some(Events::at(plot.time, &state, EventModel::default(), self.start()));
                 self.choice = Choice::new(2);
             }
         } else if plot.time.since_s(self.called) > CALM_S {
@@ -201,7 +202,10 @@ mod tests {
     fn braked(t: f64) -> Vector2<f64> {
         let slowed = (t - 60.0).clamp(0.0, 5.0);
         let after = (t - 65.0).max(0.0);
-        Vector2::new(20.0 * t.min(60.0) + (20.0 * slowed - 1.5 * slowed * slowed) + 5.0 * after, 0.0)
+        Vector2::new(
+            20.0 * t.min(60.0) + (20.0 * slowed - 1.5 * slowed * slowed) + 5.0 * after,
+            0.0,
+        )
     }
 
     /// What is published is the modes' to the bit unless the events are chosen, whatever happens beside; where a machine brakes the
@@ -234,7 +238,10 @@ mod tests {
         }
         let shares = [f64::from(braking) / 180.0, f64::from(calm) / 1_600.0];
         println!("{shares:?}, chosen {chosen_ever}");
-        assert!(shares[0] > 0.95 && shares[1] < 0.9 && chosen_ever > 20, "{shares:?} {chosen_ever}");
+        assert!(
+            shares[0] > 0.95 && shares[1] < 0.9 && chosen_ever > 20,
+            "{shares:?} {chosen_ever}"
+        );
     }
 
     /// Innovations that are too small call for the events as those do that are too large: modes of fixed noise allow for too much where
@@ -271,7 +278,11 @@ mod tests {
         broken.x[0] = broken.x[0] * f64::NAN;
         for several in [false, true] {
             let (mut filter, mut alone) = (filter.clone(), alone.clone());
-            filter.events.as_mut().expect("they begin with the track").replace(filter.modes.time(), &broken);
+            filter
+                .events
+                .as_mut()
+                .expect("they begin with the track")
+                .replace(filter.modes.time(), &broken);
             if several {
                 let both = [(&plots[8], 0.6), (&plots[9], 0.3)];
                 let both = both.map(|(plot, beta)| (Plot { time: plots[8].time, ..*plot }, beta));
