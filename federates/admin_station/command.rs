@@ -43,7 +43,7 @@ pub struct AdminArgs {
     #[arg(long, value_name = "S", value_parser = cli::seconds)]
     duration: Option<f64>,
 
-    /// Seed of all random draws [default: the scene's]
+    /// Seed of all random draws but the flights of a generated demand, which the scene's seeds draw [default: the scene's]
     #[arg(long, value_name = "N", value_parser = cli::seed)]
     seed: Option<u64>,
 

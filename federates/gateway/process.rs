@@ -236,8 +236,11 @@ struct Listening<'a> {
     refused: Option<NotAtWallRate>,
     /// Stands that flights have now.
     stands: Stands,
-    /// The flight list as it is told: with them.
+    /// The flight list as it is planned, and as it is told: with them.
+    planned: Vec<FlightNotice>,
     listed: Vec<FlightNotice>,
+    /// Number of the run that they are of.
+    run: Option<u32>,
     /// Where each stand is, m east and north.
     layout: BTreeMap<String, Point2<f64>>,
 }
@@ -253,7 +256,9 @@ impl<'a> Listening<'a> {
             state: RunState::default(),
             refused: None,
             stands: Stands::default(),
+            planned: Vec::new(),
             listed: Vec::new(),
+            run: None,
             layout: BTreeMap::new(),
         }
     }
@@ -329,6 +334,11 @@ impl<'a> Listening<'a> {
                     self.ports.shift_to(scan.time_ns, now_ns);
                     self.shifted = true;
                 }
+                if self.run.replace(scan.run).is_some_and(|before| before != scan.run) {
+                    self.stands = Stands::default();
+                    self.listed.clone_from(&self.planned);
+                    self.list_flights();
+                }
                 self.stands.come_to(scan.time_ns);
                 self.correct_stands();
                 let labelled = match self.stands.labelled(&scan) {
@@ -352,7 +362,8 @@ impl<'a> Listening<'a> {
                 self.gateway.on_weather(notice);
             }
             Event::Flights(entries) => {
-                self.listed = entries;
+                self.listed.clone_from(&entries);
+                self.planned = entries;
                 if !self.correct_stands() {
                     self.list_flights();
                 }

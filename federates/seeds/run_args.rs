@@ -32,7 +32,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "S", value_parser = cli::seconds)]
     pub duration: Option<f64>,
 
-    /// Seed of all random draws [default: the scene's]
+    /// Seed of all random draws but the flights of a generated demand, which the scene's seeds draw [default: the scene's]
     #[arg(long, value_name = "N", value_parser = cli::seed)]
     pub seed: Option<u64>,
 

@@ -1,8 +1,8 @@
 //! Where each effect of a radar's plan is on: rings and sectors round the radar, for the targets of one scan, made when a page asks for them.
 //!
 //! A radar of the scene, at the scene's tolerance, plans the truth of the scan as it was sent to the page. A box's plan depends on the
-//! box, the weather and the neighbours alone (`effects.md` 3.1), so that it is the one of the run. Nothing is asked of the SMDFM, and no
-//! digest depends on it.
+//! box, the weather and the neighbours alone (`effects.md` 3.1), so that it is the one of the run, but for weather that an operator changed.
+//! Nothing is asked of the SMDFM, and no digest depends on it.
 
 use super::frame;
 use super::video::Seen;
@@ -13,6 +13,7 @@ use models::sensors::asde::plan::boxes::{SECTORS, band, band_m, ring, ring_m};
 use models::sensors::asde::plan::{BoxEffect, Kind, PlannedBox};
 use models::sensors::asde::{Asde, Placed};
 use models::sensors::radar::effects::RadarEffect;
+use models::sensors::radar::levels::Processing;
 use models::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
 use scenarios::Scene;
@@ -95,6 +96,9 @@ pub fn of(scene: &Scene, asked: &Asked) -> Result<Value, String> {
     let row = scene.sensors.iter().find(|s| s.id.0 == asked.sensor);
     let found = row.and_then(|row| Some((row, row.asde.as_ref()?)));
     let (row, parts) = found.ok_or("this sensor is not a radar: its plan has no rings")?;
+    if parts.processing.is_some_and(|p| p != Processing::Plot) {
+        return Err("this radar is simulated in cells: all effects are exact there".into());
+    }
     let mut radar = parts.radar_for(scene, row, scene.tolerance()).map_err(|e| e.to_string())?;
     let from = SimTime(to.0 - scene.run.scan().0);
     let notice = scene.weather.iter().rev().find(|n| n.time <= from);

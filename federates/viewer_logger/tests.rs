@@ -261,7 +261,7 @@ fn all_rungs_see_the_plots_of_the_run_and_only_when_asked() {
     let mut beside = Beside::new(&TrackingConfig::paper());
     let names = |rows: &[RungRow]| rows.iter().map(|r| r.rung.clone()).collect::<Vec<_>>();
     let rows = beside.rows();
-    assert_eq!(names(&rows).len(), 13, "all but the one that needs a map: {rows:?}");
+    assert_eq!(names(&rows).len(), 14, "all but the one that needs a map: {rows:?}");
     assert_eq!(names(&rows)[..3], ["abg", "ca3", "ca3-ud"]);
     let chosen: Vec<_> = rows.iter().filter(|r| r.chosen).map(|r| &r.rung[..]).collect();
     assert_eq!(chosen, ["ca3"]);

@@ -13,6 +13,7 @@ use models::filter::{FilterConfig, Rung};
 use models::fusion::TrackingConfig;
 use models::fusion::config::{AssociationMethod, ExistenceRules, SensorModel, TypeSize};
 use models::sensors::radar::detection::Detector;
+use models::sensors::radar::levels::Processing;
 use std::sync::Arc;
 
 /// `[tracking]` of a scene.
@@ -197,7 +198,10 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
         },
     };
     let late_sigma_s = sensor.reported.as_ref().map_or(0.0, |r| r.late_sigma_s());
-    let strength = sensor.asde.as_ref().map(|radar| {
+    // Of a blob of cells the strongest is told, and noise of one cell says nothing of that.
+    let of_plots = |p: Option<Processing>| p.is_none_or(|p| p == Processing::Plot);
+    let radar = sensor.asde.as_ref().filter(|radar| of_plots(radar.processing));
+    let strength = radar.map(|radar| {
         Detector::new(radar.parameters.pulses_summed(), radar.parameters.pfa).strengths()
     });
     SensorModel { interval_s, latency_s, late_sigma_s, strength, ..model }

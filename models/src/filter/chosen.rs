@@ -4,7 +4,8 @@
 //! it should be: more, as something moves that they do not know, or less, as they allow for more than the sensor's errors need. Both
 //! then run; published is the one that the likelihoods of their plots justify ([`super::choice`]): to the events when these lead by
 //! [`SWITCH_UP`], back as soon as the modes are as good. Events that have not led, with innovations as they should be, for
-//! [`CALM_S`] end. Where all is calm it costs what the modes cost.
+//! [`CALM_S`] end. Innovations leave the band by chance too, and each time call for the events for [`CALM_S`]: where all is calm
+//! they run less, not never. Plots that are shared by several tracks say nothing of the choice; what was known of it fades.
 
 use super::choice::Choice;
 use super::events::{EventModel, Events};
@@ -137,9 +138,20 @@ impl StateEstimator for Chosen {
         if let Some((certain, _)) = plots.iter().find(|(_, beta)| *beta >= 1.0) {
             return self.update(certain).map(|_| ());
         }
+        let kept = match plots.first() {
+            Some((plot, _)) => libm::pow(KEPT_PER_S, interval(self.time(), plot.time)?),
+            None => 1.0,
+        };
         let mut modes = self.modes.clone();
         modes.update_weighted(plots)?;
         self.modes = modes;
+        (self.squares, self.plots) = (kept * self.squares, kept * self.plots);
+        self.choice.add(kept, &[0.0, 0.0]);
+        if self.now == 1 {
+            self.called = self.modes.time();
+        } else if self.modes.time().since_s(self.called) > CALM_S {
+            self.events = None;
+        }
         if let Some(events) = &mut self.events
             && events.update_weighted(plots).is_err()
         {
@@ -265,7 +277,25 @@ mod tests {
         assert!(fine > 0.5 && coarse < fine, "{fine} {coarse}");
     }
 
-    /// A step aside of 30 m, which no machine does: the events begin again where they fail, and the modes go on.
+    /// Plots that are shared with other tracks say nothing of the choice: what was known of it fades, and events that nothing calls for end.
+    #[test]
+    fn what_shared_plots_do_not_say_fades() {
+        let plots = plots(5, 60, 2.0, |t| Vector2::new(8.0 * t, 0.0));
+        let (mut filter, _) = of(&plots[0]);
+        for plot in &plots[1..6] {
+            filter.update(plot).expect("sound");
+        }
+        assert!(filter.events().0, "they begin with the track");
+        let (known, published) = (filter.plots, filter.events().1);
+        filter.now = 0;
+        for plot in &plots[6..20] {
+            filter.update_weighted(&[(plot, 0.5)]).expect("sound");
+        }
+        assert!(filter.plots < 0.3 * known, "{} of {known}", filter.plots);
+        assert!(!filter.events().0, "published before: {published}");
+    }
+
+    /// A state that is no number: the events begin again where they fail, and the modes go on.
     #[test]
     fn events_that_fail_begin_again_from_the_modes() {
         let plots = plots(3, 30, 2.0, |t| Vector2::new(8.0 * t, 0.0));

@@ -16,15 +16,15 @@ fn airports() -> Vec<String> {
         let paths = entries.map(|e| e.expect("an entry").path().display().to_string());
         all.extend(paths.filter(|p| p.ends_with(".apt.dat")));
     }
-    all.into_iter()
-        .map(|layout| {
-            let network = layout.replace(".apt.dat", ".groundnet.xml");
-            let there = network != layout && PathBuf::from(&network).exists();
-            let network =
-                if there { format!("\nground_network = \"{network}\"") } else { String::new() };
-            format!("layout = \"{layout}\"{network}")
-        })
-        .collect()
+    all.iter().map(|layout| keys_of(layout)).collect()
+}
+
+/// The keys of an airport: its layout, and its ground network where one lies beside it.
+fn keys_of(layout: &str) -> String {
+    let network = layout.replace(".apt.dat", ".groundnet.xml");
+    let there = network != layout && PathBuf::from(&network).exists();
+    let network = if there { format!("\nground_network = \"{network}\"") } else { String::new() };
+    format!("layout = \"{layout}\"{network}")
 }
 
 /// Runway ends of landings and take-offs in an hour, by index of runway and end, with the network.
@@ -183,7 +183,7 @@ fn ends_that_a_scene_names_are_looked_at() {
     for (icao, lands, leaves, other) in
         [("EGCC", "23R", "05L", "23L"), ("LSZH", "28", "10", "32"), ("LZIB", "31", "13", "22")]
     {
-        let layout = format!("layout = \"{}\"", layout_of(icao).expect(icao));
+        let layout = keys_of(&layout_of(icao).expect(icao));
         let keys = |lands: &str, leaves: &str| {
             format!("arrival_runways = [\"{lands}\"]\ndeparture_runways = [\"{leaves}\"]")
         };

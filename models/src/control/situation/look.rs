@@ -323,8 +323,11 @@ impl<'a> Look<'a> {
                     if cleared(r, end) {
                         its_own = here;
                     }
-                } else if self.within(r, s, 0.0) && d.abs() <= side_m && d.abs() < nearest {
-                    // Over this one: another whose threshold lies farther on is not his.
+                } else if (cleared(r, end) || steady.is_some_and(|(_, _, runway)| runway == r))
+                    && self.within(r, s, 0.0)
+                    && d.abs() <= side_m.min(nearest)
+                {
+                    // Over his own: another whose threshold lies farther on is not his.
                     nearest = d.abs();
                     situation.on_final = None;
                 }

@@ -242,7 +242,7 @@ impl Core {
             let pieces = self.pieces_of_stand(to, f.size);
             let found = match self.stand_is_free(m, to, &pieces) {
                 true => Some(to),
-                false => self.free_stands(m, 6).into_iter().map(|s| s.0).find(|s| *s != f.stand),
+                false => self.stand_to_tow_to(m),
             };
             if let Some(stand) = found {
                 self.movers[m].tow_to = None;
@@ -311,15 +311,20 @@ impl Core {
     pub(super) fn park(&mut self, m: usize, stand: usize) {
         let pieces = self.pieces_of_stand(stand, self.flights[m].size);
         pieces.iter().for_each(|z| self.hold(m, *z, false));
-        let departs = self.flights[m].direction == Direction::Departure;
-        let light = departs && self.is_turned_by_hand(m);
-        let turned = light && self.leaving(m, stand) == Some(Leaving::Ahead);
+        let turned = self.is_turned_on(m, stand);
         let mover = &mut self.movers[m];
         mover.turned = turned;
         mover.stand = stand;
         mover.parked_pieces = pieces;
         mover.phase = Phase::Parked;
         mover.next_try_s = 0.0;
+    }
+
+    /// Whether a flight stands on a stand with its nose to the lane, and leaves without a pushback.
+    pub(super) fn is_turned_on(&mut self, m: usize, stand: usize) -> bool {
+        self.flights[m].direction == Direction::Departure
+            && self.is_turned_by_hand(m)
+            && self.leaving(m, stand) == Some(Leaving::Ahead)
     }
 
     pub(super) fn leave_stand(&mut self, m: usize) {

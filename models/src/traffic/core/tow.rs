@@ -76,10 +76,7 @@ impl Core {
     /// to its runway now, where there is one, and back to where it was towed from only where nothing else is left.
     pub(super) fn tow_elsewhere(&mut self, m: usize) -> bool {
         let here = self.movers[m].stand;
-        let free = self.free_stands(m, MOST_LOOKED_AT).into_iter().map(|s| s.0);
-        let free: Vec<usize> = free.filter(|s| *s != here).collect();
-        let left = self.movers[m].towed_from.clone();
-        let Some(stand) = tows_to(&free, &left, |s| self.leads_away(m, s)) else { return false };
+        let Some(stand) = self.stand_to_tow_to(m) else { return false };
         let [from, to] = [here, stand].map(|s| self.net.stands[s].name.clone());
         let name = &self.flights[m].callsign;
         self.remark(format!("{name}: nothing leads away from stand {from}, towed to {to}"));
@@ -93,11 +90,21 @@ impl Core {
         true
     }
 
+    /// Where a departure is towed to that nothing leads away from where it was.
+    pub(super) fn stand_to_tow_to(&mut self, m: usize) -> Option<usize> {
+        let here = self.movers[m].stand;
+        let free = self.free_stands(m, MOST_LOOKED_AT).into_iter().map(|s| s.0);
+        let free: Vec<usize> = free.filter(|s| *s != here).collect();
+        let left = self.movers[m].towed_from.clone();
+        tows_to(&free, &left, |s| self.leads_away(m, s))
+    }
+
     /// Whether a pushback and a way lead from a stand to a departure's runway, among all who stand now.
     fn leads_away(&mut self, m: usize, stand: usize) -> bool {
         let old = self.movers[m].clone();
         let told = self.remarks.len();
         self.movers[m].stand = stand;
+        self.movers[m].turned = self.is_turned_on(m, stand);
         let (closed, easy) = (self.closed(m), vec![false; 2 * self.net.edges.len()]);
         let found = self.plan_departure(m, &closed, &easy, &[]);
         self.movers[m] = old;
