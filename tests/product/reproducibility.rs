@@ -158,13 +158,24 @@ fn a_spectator_that_stops_or_dies_changes_nothing() {
     }
 }
 
-/// Aircraft on a final of ten miles are beyond the unambiguous range: kilometres off, in more than one plot in twenty.
+/// Aircraft on a final of ten miles are beyond the unambiguous range of a radar whose carrier stands still: kilometres off, in more than
+/// one plot in twenty.
 #[test]
 fn echoes_of_a_pulse_before_the_last_are_counted_and_in_no_error() {
     let ports = Ports::new();
     let folder = Folder::new("far");
     let report = folder.file("report");
-    let arguments = ["eham", "--fast", "--duration", "900", "--report", &report];
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
+    let text = std::fs::read_to_string(format!("{shipped}/eham.toml")).expect("the scene");
+    let radar = "parameters = \"ku_asde3\"\n";
+    assert!(text.contains(radar));
+    let text = text
+        .replace("\"airports/", &format!("\"{shipped}/airports/"))
+        .replace("\"schedules/", &format!("\"{shipped}/schedules/"))
+        .replace(radar, &format!("{radar}overrides = {{ frequency_agile = false }}\n"));
+    let scene = folder.file("fixed.toml");
+    std::fs::write(&scene, text).expect("a scene");
+    let arguments = [&scene[..], "--fast", "--duration", "900", "--report", &report];
     let summary = summary(&finish(run(&ports, &arguments)));
     let tracks = &summary["tracks"];
     let of = |key: &str| tracks[key].as_f64().unwrap_or_else(|| panic!("{key}: {tracks}"));
