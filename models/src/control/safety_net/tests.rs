@@ -605,10 +605,10 @@ fn who_is_over_his_runway_is_on_final_to_no_other() {
         for second in 1..=60_u32 {
             let t = f64::from(second);
             board.advance(SimTime::from_s(t));
-            // Over the threshold at 15 m, on the ground 290 m behind it.
+            // Over the threshold at 35 m: in the air for 385 m of his runway.
             let y = -2000.0 + 70.0 * t;
             let mut lands = target(3, "ABC1", (0.0, y), (0.0, 70.0), second);
-            lands.altitude_m = Some((15.0 - 0.052 * y).max(0.0));
+            lands.altitude_m = Some((35.0 - 0.052 * y).max(0.0));
             let scan = Scan {
                 now: SimTime::from_s(t),
                 targets: &[lands],
