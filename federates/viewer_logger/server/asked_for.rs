@@ -130,14 +130,31 @@ pub(super) struct AskingTurn {
     scan: u64,
 }
 
-/// A scan as the page was sent it, with the seed of its run and what is made of it.
-fn scan_of(shared: &Shared, scan: u64) -> Option<(Arc<Maps>, u64, Vec<u8>)> {
+/// What is made of the sensor and the scan that a page asks for: the maker, the sensor, the seed of the run, and the scan as the page was
+/// sent it; else the refusal.
+fn sensor_and_scan(
+    headers: &HeaderMap,
+    asking: Result<Query<AskingTurn>, QueryRejection>,
+    shared: &Shared,
+) -> Result<(Arc<Maps>, u16, u64, Vec<u8>), Refusal> {
+    if let Err(reason) = shared.access.may_read(headers) {
+        return Err((StatusCode::FORBIDDEN, format!("{reason}\n")));
+    }
+    let Ok(Query(AskingTurn { sensor, scan })) = asking else {
+        let words = "sensor is a number of a radar, scan the number of a scan\n";
+        return Err((StatusCode::BAD_REQUEST, words.to_owned()));
+    };
     let viewer = shared.page.viewer();
     let source = viewer.source();
     let there = source.nearest(scan).filter(|near| *near == scan);
     let message = there.and_then(|scan| source.message(scan));
-    viewer.detection().zip(message).map(|(maps, scan)| (maps, viewer.info().seed, scan))
+    let found = viewer.detection().zip(message);
+    let found = found.map(|(maps, scan)| (maps, sensor, viewer.info().seed, scan));
+    found.ok_or_else(|| (StatusCode::NOT_FOUND, "there is no such scan\n".to_owned()))
 }
+
+/// Status and sentence of what is not answered.
+type Refusal = (StatusCode, String);
 
 /// Where each effect of a radar's plan is on in a scan (JSON).
 pub(super) async fn rings(
@@ -145,15 +162,9 @@ pub(super) async fn rings(
     asking: Result<Query<AskingTurn>, QueryRejection>,
     State(shared): State<Arc<Shared>>,
 ) -> Response {
-    if let Err(reason) = shared.access.may_read(&headers) {
-        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
-    }
-    let Ok(Query(AskingTurn { sensor, scan })) = asking else {
-        let words = "sensor is a number of a radar, scan the number of a scan\n";
-        return (StatusCode::BAD_REQUEST, words).into_response();
-    };
-    let Some((maps, seed, scan)) = scan_of(&shared, scan) else {
-        return (StatusCode::NOT_FOUND, "there is no such scan\n").into_response();
+    let (maps, sensor, seed, scan) = match sensor_and_scan(&headers, asking, &shared) {
+        Ok(found) => found,
+        Err(refusal) => return refusal.into_response(),
     };
     let asked = rings::Asked { sensor, seed, scan };
     match tokio::task::spawn_blocking(move || maps.rings(&asked)).await {
@@ -171,15 +182,9 @@ pub(super) async fn turn(
     asking: Result<Query<AskingTurn>, QueryRejection>,
     State(shared): State<Arc<Shared>>,
 ) -> Response {
-    if let Err(reason) = shared.access.may_read(&headers) {
-        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
-    }
-    let Ok(Query(AskingTurn { sensor, scan })) = asking else {
-        let words = "sensor is a number of a radar, scan the number of a scan\n";
-        return (StatusCode::BAD_REQUEST, words).into_response();
-    };
-    let Some((maps, seed, scan)) = scan_of(&shared, scan) else {
-        return (StatusCode::NOT_FOUND, "there is no such scan\n").into_response();
+    let (maps, sensor, seed, scan) = match sensor_and_scan(&headers, asking, &shared) {
+        Ok(found) => found,
+        Err(refusal) => return refusal.into_response(),
     };
     let asked = video::Asked { sensor, seed, scan };
     match tokio::task::spawn_blocking(move || maps.turn(&asked)).await {
