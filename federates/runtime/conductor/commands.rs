@@ -39,7 +39,8 @@ impl Conductor {
             Command::Freeze => match self.phase.after(Transition::Freeze) {
                 Ok(_) => {
                     self.pending.push((token, Transition::Freeze));
-                    if self.goal == Goal::End {
+                    // Steps that are not granted yet are not made.
+                    if !matches!(self.goal, Goal::Stop(_)) {
                         self.goal = Goal::Freeze(self.granted);
                     }
                     self.settle(now, effects);
@@ -63,7 +64,7 @@ impl Conductor {
                     let target = self.granted.saturating_add(n).min(self.config.last_frame);
                     self.goal = Goal::Freeze(target);
                     self.pending.push((token, Transition::Freeze));
-                    self.grant(now, target, effects);
+                    self.extend(now, effects);
                     self.settle(now, effects);
                 }
             }

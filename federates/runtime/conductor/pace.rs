@@ -17,14 +17,19 @@ impl Conductor {
     /// Moves the horizon as far as the pace allows.
     pub(super) fn extend(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let stands = self.views.is_open() || self.views.waits();
-        if self.phase != Phase::Running || self.goal != Goal::End || stands {
+        let (last, steps) = match self.goal {
+            Goal::End => (self.config.last_frame, false),
+            // Steps are made as fast as possible, and like all else as far ahead as members remember.
+            Goal::Freeze(at) => (at, true),
+            Goal::Stop(_) => return,
+        };
+        if self.phase != Phase::Running || stands {
             return;
         }
-        let upto = if self.rate.is_infinite() {
-            let upto = (self.frame() + self.config.window).min(self.config.last_frame);
+        let upto = if self.rate.is_infinite() || steps {
+            let upto = (self.frame() + self.config.window).min(last);
             // Move in half windows: fewer messages, and nobody waits.
-            let worth =
-                upto == self.config.last_frame || upto >= self.granted + self.config.window / 2;
+            let worth = upto == last || upto >= self.granted + self.config.window / 2;
             if worth { upto } else { self.granted }
         } else {
             let step = self.config.step_ns as f64 / self.rate;

@@ -4,7 +4,8 @@ use super::{MS, S, SMDFM, WORLD};
 use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    Accepted, Beat, Frame, FrameEnds, Hello, Kind, Numbered, Order, Report, Standing, Was, Welcome,
+    Accepted, Beat, Command, Frame, FrameEnds, Hello, Kind, Numbered, Order, Report, Standing, Was,
+    Welcome,
 };
 use crate::runtime::views::Views;
 use scenarios::losses::{Losses, stall_flag};
@@ -129,6 +130,12 @@ impl Hand {
                 _ => {}
             }
         }
+    }
+
+    fn command(&mut self, command: Command) {
+        let mut effects = Vec::new();
+        self.conductor.command(self.now, command, 1, &mut effects);
+        self.take(effects);
     }
 
     fn report(&mut self, name: &str, report: Numbered<Report>) {

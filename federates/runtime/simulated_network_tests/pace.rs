@@ -91,6 +91,30 @@ fn a_run_frozen_for_an_hour_steps_and_goes_on() {
     assert!(net.closed[0].reasons.is_empty(), "{:?}", net.closed[0].reasons);
 }
 
+/// More frames than anybody remembers, while PDUs and messages are lost: a step is no way around the window.
+#[test]
+fn a_step_of_thousands_of_frames_loses_nothing() {
+    let last = 3_000;
+    let of = |rate, batch| ConductorConfig { last_frame: last, ..config(rate, batch) };
+    let mut calm = net(1, of(f64::INFINITY, true), network(0));
+    run_for_until(&mut calm, 10 * MINUTE, |net| net.closed.len() == 1);
+    let mut net = net(7, of(1.0, false), Network { bus_loss: 20, ..network(50) });
+    run_until_running(&mut net);
+    let to = net.now + 300 * MS;
+    net.run(to, &[]);
+    obey(&mut net, Command::Freeze);
+    let n = last - 10 - net.conductor().frame();
+    let answered = net.answers.len();
+    net.run(net.now + 1, &[fault(net.now, "", What::Command(Command::Step { n }))]);
+    run_for_until(&mut net, 10 * MINUTE, |net| net.answers.len() > answered);
+    assert_eq!(net.answers.last().map(|a| a.1.clone()), Some("frozen at frame 2990".to_owned()));
+    obey(&mut net, Command::Start);
+    run_for_until(&mut net, 10 * MINUTE, |net| net.closed.len() == 1);
+    assert!(net.closed[0].reasons.is_empty(), "{:?}", net.closed[0].reasons);
+    assert_eq!(eaten(&net, 0), eaten(&calm, 0));
+    assert!(net.broken.is_empty(), "{:?}", net.broken);
+}
+
 /// A heavy frame is a word, not a fault: beats say that it is worked on.
 #[test]
 fn a_heavy_frame_is_waited_for_and_a_hanging_one_is_not() {

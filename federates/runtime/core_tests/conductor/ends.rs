@@ -1,7 +1,7 @@
 //! The end of a run: whose results are awaited, for how long, and what is said where they do not come.
 
 use super::*;
-use crate::runtime::messages::{Command, FinalReport};
+use crate::runtime::messages::FinalReport;
 
 impl Hand {
     /// A run that was stopped at frame 3, and of which nobody has told results.
@@ -13,12 +13,6 @@ impl Hand {
         }
         assert_eq!(hand.conductor.phase(), Phase::Stopped, "{}", hand.lost());
         hand
-    }
-
-    fn command(&mut self, command: Command) {
-        let mut effects = Vec::new();
-        self.conductor.command(self.now, command, 1, &mut effects);
-        self.take(effects);
     }
 
     fn results(&mut self, name: &'static str) {
