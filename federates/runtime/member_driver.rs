@@ -33,7 +33,7 @@ pub enum Event {
     /// Lost orders were told again.
     Orders(Vec<u8>),
     /// Lost reports were told again.
-    Reports(Vec<u8>),
+    Reports(String, Vec<u8>),
     /// Somebody lacks reports.
     FetchWanted(Request),
     /// A datagram or PDU was dropped, and why.
@@ -41,7 +41,7 @@ pub enum Event {
     /// A probe of the producer of this name was heard on the data plane: a short or a long one.
     Probe(String, bool),
     /// A repair was answered.
-    Repaired(Vec<u8>),
+    Repaired(String, Vec<u8>),
     /// A consumer misses PDUs.
     RepairWanted(Request),
     /// The conductor came or went.
@@ -300,8 +300,8 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     Ok(fetched) => member.fetched_orders(now, fetched, &mut effects),
                     Err(e) => tracing::warn!("orders told again were dropped: {e}"),
                 },
-                Event::Reports(body) => match decode(&body) {
-                    Ok(fetched) => member.fetched(now, fetched, &mut effects),
+                Event::Reports(by, body) => match decode(&body) {
+                    Ok(fetched) => member.fetched(now, &by, fetched, &mut effects),
                     Err(e) => tracing::warn!("reports told again were dropped: {e}"),
                 },
                 Event::FetchWanted(request) => match decode::<FetchOf>(&request.body) {
@@ -315,8 +315,8 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                 Event::Pdus(pdus) => member.pdus(now, pdus, &mut effects),
                 Event::Dropped(reason, count) => status.dropped(reason, count),
                 Event::Probe(producer, long) => member.hearing().probed(&producer, long),
-                Event::Repaired(body) => match decode(&body) {
-                    Ok(repaired) => member.repaired(now, repaired, &mut effects),
+                Event::Repaired(by, body) => match decode(&body) {
+                    Ok(repaired) => member.repaired(now, &by, repaired, &mut effects),
                     Err(e) => tracing::warn!("a repair was dropped: {e}"),
                 },
                 Event::RepairWanted(request) => match decode(&request.body) {
@@ -371,7 +371,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                         Duration::from_millis(500),
                         Box::new(move |reply| {
                             if let Some(body) = reply {
-                                let _ = replies.send(Event::Repaired(body));
+                                let _ = replies.send(Event::Repaired(holder.clone(), body));
                             }
                         }),
                     )?;
@@ -385,8 +385,10 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                         Duration::from_millis(500),
                         Box::new(move |reply| {
                             if let Some(body) = reply {
-                                let event = if orders { Event::Orders } else { Event::Reports };
-                                let _ = replies.send(event(body));
+                                let _ = replies.send(match orders {
+                                    true => Event::Orders(body),
+                                    false => Event::Reports(holder.clone(), body),
+                                });
                             }
                         }),
                     )?;

@@ -183,7 +183,7 @@ fn a_producer_that_did_not_answer_is_asked_first_again_once_it_is_heard() {
     for seq in 1..=14 {
         assert_eq!(member.unheard().count(), usize::from(seq > 11), "told by others alone: {seq}");
         now = S + seq * 100 * MS;
-        member.fetched(now, told(seq), &mut Vec::new());
+        member.fetched(now, CONDUCTOR, told(seq), &mut Vec::new());
         member.hear_beat(now, CONDUCTOR, &seen(seq + 1));
         assert_eq!(first_asked(&mut member, now).as_deref(), Some(CONDUCTOR), "{seq}");
     }
@@ -192,10 +192,19 @@ fn a_producer_that_did_not_answer_is_asked_first_again_once_it_is_heard() {
         said.len() == 1 && said[0].contains(WORLD) && said[0].contains("by the station"),
         "{said:?}"
     );
-    member.fetched(now, told(15), &mut Vec::new());
+    member.fetched(now, CONDUCTOR, told(15), &mut Vec::new());
     member.hear_beat(now, WORLD, &beat(16));
     assert_eq!(member.unheard().count(), 0, "heard again");
     assert_eq!(first_asked(&mut member, now).as_deref(), Some(WORLD));
+    // An answer of its own is a word of it, too.
+    for (by, then) in [(WORLD, WORLD), (CONDUCTOR, CONDUCTOR)] {
+        now += 100 * MS;
+        assert_eq!(first_asked(&mut member, now).as_deref(), Some(CONDUCTOR));
+        let seq = if by == WORLD { 16 } else { 17 };
+        member.fetched(now, by, told(seq), &mut Vec::new());
+        member.hear_beat(now, CONDUCTOR, &seen(seq + 1));
+        assert_eq!(first_asked(&mut member, now).as_deref(), Some(then), "answered by {by}");
+    }
 }
 
 /// The only consumer: whoever else there is to ask for PDUs is the station.
@@ -277,14 +286,14 @@ fn of_those_whom_it_does_not_read_a_member_hears_what_they_say_now() {
     };
     let rejoins = |effects: &[Act]| effects.iter().any(|e| matches!(e, Act::Rejoin(_)));
     let mut effects = Vec::new();
-    member.fetched(3 * S, gone("control"), &mut effects);
+    member.fetched(3 * S, CONDUCTOR, gone("control"), &mut effects);
     assert!(!rejoins(&effects));
     member.report(4 * S, "control", report(5_009), &mut Vec::new());
     assert!(!fetches(&mut member, 5 * S), "it has all that there is");
     // Of a producer nothing is skipped.
     let world = Numbered { inc: 1, ..report(1) };
     member.report(5 * S, WORLD, world, &mut Vec::new());
-    member.fetched(6 * S, gone(WORLD), &mut effects);
+    member.fetched(6 * S, CONDUCTOR, gone(WORLD), &mut effects);
     assert!(rejoins(&effects));
 }
 
@@ -374,7 +383,7 @@ fn a_pdu_that_is_made_twice_is_repaired_twice() {
     consumer.report(S, WORLD, report, &mut Vec::new());
     for (pdus, repaired) in [(1, 1), (2, 2)] {
         let pdus = vec![(0, vec![5]); pdus];
-        consumer.repaired(S, Repaired { run: 1, pdus }, &mut Vec::new());
+        consumer.repaired(S, WORLD, Repaired { run: 1, pdus }, &mut Vec::new());
         assert_eq!(consumer.counters().repaired, repaired);
     }
 }
@@ -405,7 +414,7 @@ fn a_long_frame_is_repaired_page_by_page() {
             assert!(octets <= 512 << 10, "{octets} octets in one answer");
             lacking -= repaired.pdus.len();
             questions += 1;
-            consumer.repaired(now, repaired, &mut Vec::new());
+            consumer.repaired(now, WORLD, repaired, &mut Vec::new());
         }
         assert!(now < 10 * S, "{lacking} of 20 000 are not repaired after {questions} questions");
     }

@@ -294,8 +294,15 @@ impl Member {
         }
     }
 
-    /// PDUs that somebody sent again.
-    pub fn repaired(&mut self, now: WallNs, repaired: Repaired, effects: &mut Vec<Effect>) {
+    /// PDUs that `by` sent again.
+    pub fn repaired(
+        &mut self,
+        now: WallNs,
+        by: &str,
+        repaired: Repaired,
+        effects: &mut Vec<Effect>,
+    ) {
+        self.hears(by);
         if Some(repaired.run) != self.config.as_ref().map(|c| c.run) {
             return;
         }

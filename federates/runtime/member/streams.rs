@@ -92,8 +92,15 @@ impl Member {
         }
     }
 
-    /// Reports of another member that were lost.
-    pub fn fetched(&mut self, now: WallNs, fetched: Fetched<Report>, effects: &mut Vec<Effect>) {
+    /// Reports of another member that were lost, told again by `by`.
+    pub fn fetched(
+        &mut self,
+        now: WallNs,
+        by: &str,
+        fetched: Fetched<Report>,
+        effects: &mut Vec<Effect>,
+    ) {
+        self.hears(by);
         let Some(inbox) = self.peers.get(&fetched.of) else { return };
         let forgotten = fetched.gone_before > inbox.seen() + 1;
         if forgotten && fetched.items.first().is_none_or(|i| i.inc == inbox.inc()) {
@@ -107,7 +114,7 @@ impl Member {
             }
             return self.cast_out(effects);
         }
-        if !fetched.items.is_empty() {
+        if by != fetched.of && !fetched.items.is_empty() {
             self.hears_by_others(now, &fetched.of);
         }
         for report in fetched.items {

@@ -32,14 +32,16 @@ pub(super) enum Parcel {
     LateBeat(Beat),
     Pdus(Vec<Octets>),
     Repair(String, Repair),
-    Repaired(Repaired),
+    /// By whom.
+    Repaired(String, Repaired),
     /// By way of the station there: who asks, and what.
     RepairOf(String, RepairOf),
     RepairBy(usize, String, Repair),
     RepairedFor(String, Repaired),
     Fetch(String, FetchOf),
     Orders(Fetched<Order>),
-    Reports(Fetched<Report>),
+    /// By whom.
+    Reports(String, Fetched<Report>),
     Alive(String, u64, bool),
     /// Of which process, which one of it; no answer comes.
     StepsAsk(u64, u64, StepsAsk),
@@ -61,10 +63,10 @@ impl Parcel {
             Self::Beat(_, beat) | Self::LateBeat(beat) => 3 + (beat.last_seq << 4),
             Self::Pdus(_) => 4,
             Self::Repair(..) | Self::RepairOf(..) | Self::RepairBy(..) => 5,
-            Self::Repaired(_) | Self::RepairedFor(..) => 6,
+            Self::Repaired(..) | Self::RepairedFor(..) => 6,
             Self::Fetch(_, ask) => 7 + (ask.fetch.from << 4),
             Self::Orders(_) => 8,
-            Self::Reports(_) => 9,
+            Self::Reports(..) => 9,
             Self::Alive(_, inc, _) => 10 + (inc << 4),
             Self::StepsAsk(..) => 11,
             Self::Steps(..) => 12,
@@ -185,17 +187,19 @@ impl Simulation {
             Parcel::Beat(from, beat) => member.hear_beat(now, &from, &beat),
             Parcel::LateBeat(beat) => member.hear_beat(now, CONDUCTOR, &beat),
             Parcel::Pdus(pdus) => member.pdus(now, pdus, &mut effects),
-            Parcel::Repaired(repaired) => member.repaired(now, repaired, &mut effects),
+            Parcel::Repaired(by, repaired) => member.repaired(now, &by, repaired, &mut effects),
             Parcel::Orders(fetched) => member.fetched_orders(now, fetched, &mut effects),
-            Parcel::Reports(fetched) => member.fetched(now, fetched, &mut effects),
+            Parcel::Reports(by, fetched) => member.fetched(now, &by, fetched, &mut effects),
             Parcel::Repair(from, repair) => {
-                answer = Some((from, Parcel::Repaired(member.repair(&repair))));
+                answer = Some((from, Parcel::Repaired(to.to_owned(), member.repair(&repair))));
             }
             Parcel::RepairBy(at, from, repair) => {
                 let repaired = Parcel::RepairedFor(from, member.repair(&repair));
                 answer = Some((PLACES[at].to_owned(), repaired));
             }
-            Parcel::Fetch(from, ask) => answer = Some((from, Parcel::Reports(member.fetch(&ask)))),
+            Parcel::Fetch(from, ask) => {
+                answer = Some((from, Parcel::Reports(to.to_owned(), member.fetch(&ask))));
+            }
             _ => {}
         }
         let executed = member.executed();

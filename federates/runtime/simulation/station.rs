@@ -451,7 +451,7 @@ impl Simulation {
                     Parcel::Beat(from, beat) if from != CONDUCTOR => {
                         lead.tell(time, Input::Beat(from, beat));
                     }
-                    Parcel::Reports(fetched) => lead.tell(time, Input::Fetched(fetched)),
+                    Parcel::Reports(_, fetched) => lead.tell(time, Input::Fetched(fetched)),
                     Parcel::Alive(name, inc, alive) => {
                         lead.tell(time, Input::Alive(name, inc, alive));
                     }
@@ -481,12 +481,16 @@ impl Simulation {
                         self.post(PLACES[at], &of, parcel, self.network.bus_loss);
                     }
                     Parcel::RepairedFor(to, repaired) => {
-                        self.reply(PLACES[at], &to, Parcel::Repaired(repaired));
+                        let by = CONDUCTOR.to_owned();
+                        self.reply(PLACES[at], &to, Parcel::Repaired(by, repaired));
                     }
                     Parcel::Fetch(from, ask) => {
                         let fetched = match ask.of == CONDUCTOR {
                             true => Parcel::Orders(lead.fetch_orders(&ask)),
-                            false => Parcel::Reports(lead.conductor().fetch_reports(&ask)),
+                            false => Parcel::Reports(
+                                CONDUCTOR.to_owned(),
+                                lead.conductor().fetch_reports(&ask),
+                            ),
                         };
                         self.reply(PLACES[at], &from, fetched);
                     }
