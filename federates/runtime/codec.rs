@@ -7,7 +7,7 @@ use bincode::Options;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Raised with every incompatible change of [`super::messages`].
-pub const VERSION: u8 = 9;
+pub const VERSION: u8 = 10;
 
 /// Largest message, octets.
 pub const LIMIT: u64 = 8 << 20;
@@ -194,26 +194,26 @@ pub fn decode<T: DeserializeOwned>(octets: &[u8]) -> Result<T, CodecError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::messages::{FrameEnds, Joined, Notice, Order, Report};
+    use crate::runtime::messages::{FrameEnds, Joined, Notice, Order, Report, Used};
     use proptest::prelude::*;
 
     #[test]
     fn golden_octets() {
         let grant = Order::Grant { run: 2, upto: 300 };
         let octets = encode(&grant);
-        assert_eq!(octets, [9, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(octets, [10, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(decode::<Order>(&octets).unwrap(), grant);
         let mut other = octets;
         other[0] = VERSION - 1;
         let refused = decode::<Order>(&other);
-        assert!(matches!(refused, Err(CodecError::Version(8))), "sound but for its version");
+        assert!(matches!(refused, Err(CodecError::Version(9))), "sound but for its version");
     }
 
     #[test]
     fn a_length_that_lies_allocates_nothing() {
         let mut octets = encode(&Report::Ends(FrameEnds::default()));
-        // Two lists of no element, no digest of a state, and that it does not go on.
-        let at = octets.len() - 18;
+        // Three lists of no element, no digest of a state, and that it does not go on.
+        let at = octets.len() - 26;
         octets[at..at + 8].copy_from_slice(&u64::MAX.to_le_bytes());
         assert!(decode::<Report>(&octets).is_err());
     }
@@ -275,6 +275,7 @@ mod tests {
             last: 6,
             pdus: vec![(3, vec![1, 2]), (5, (0..200_000).collect()), (6, vec![3])],
             notices: vec![(4, 4, Notice::Flights(Vec::new())), (5, 9, flights)],
+            used: vec![Used { of: "external-world".into(), first: 3, last: 6, sum: 5 }],
             state: Some(7),
             goes_on: false,
         };
@@ -291,6 +292,8 @@ mod tests {
         let pdus: Vec<_> = pieces.iter().flat_map(|p| p.pdus.clone()).collect();
         let notices: Vec<_> = pieces.iter().flat_map(|p| p.notices.clone()).collect();
         assert_eq!((pdus, notices), (ends.pdus, ends.notices));
+        let used: Vec<_> = pieces.iter().flat_map(|p| p.used.clone()).collect();
+        assert_eq!(used, ends.used);
         assert_eq!(pieces.last().map(|p| (p.last, p.state)), Some((6, Some(7))));
     }
 

@@ -5,6 +5,7 @@
 
 mod answers;
 mod commands;
+mod differences;
 mod input;
 mod joining;
 mod losses;
@@ -18,7 +19,7 @@ use super::digest::content;
 use super::life_cycle::{Phase, Transition};
 use super::messages::{
     Accepted, Answer, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, Kind, LogRecord,
-    Numbered, Order, Report, RunState, Welcome,
+    Numbered, Order, Report, RunState, Used, Welcome,
 };
 use super::stream::{Inbox, Outbox};
 use super::views::Views;
@@ -193,6 +194,10 @@ struct MemberLog {
     /// Digest of all that it made, by frame.
     made: VecDeque<(Frame, u64)>,
     content: u64,
+    /// Sum of the hashes of the PDUs of each frame without a gap.
+    named: VecDeque<(Frame, u64)>,
+    /// What it used, until all that is known that was to be used.
+    used: VecDeque<Used>,
     /// Digests of its state at the ends of reports.
     states: VecDeque<(Frame, u64)>,
     /// Numbers of the reports of its frame ends, each with its last frame.
@@ -236,6 +241,8 @@ impl MemberLog {
     fn take(&mut self, seq: u64, ends: &FrameEnds) {
         for frame in ends.first..=ends.last {
             let hashes = ends.pdus.iter().filter(|(f, _)| *f == frame).flat_map(|(_, h)| h);
+            let named = hashes.clone().fold(0, |sum: u64, hash| sum.wrapping_add(*hash));
+            self.named.push_back((frame, named));
             let notices = ends.notices.iter().filter(|(made, ..)| *made == frame);
             self.content = self.content.wrapping_add(content(
                 frame,
@@ -244,8 +251,11 @@ impl MemberLog {
             ));
             self.made.push_back((frame, self.content));
         }
+        self.used.extend(ends.used.iter().cloned());
         self.states.extend(ends.state.map(|state| (ends.last, state)));
         self.reports.push_back((seq, ends.last));
+        self.named.drain(..self.named.len().saturating_sub(LOGGED));
+        self.used.drain(..self.used.len().saturating_sub(LOGGED));
         self.made.drain(..self.made.len().saturating_sub(LOGGED));
         self.states.drain(..self.states.len().saturating_sub(LOGGED));
         self.reports.drain(..self.reports.len().saturating_sub(LOGGED));

@@ -169,6 +169,8 @@ pub struct Member {
     ready: BTreeMap<(Frame, String), Vec<Octets>>,
     /// Notices by the frame of their effect and producer, each with the frame in which it was made.
     notices: BTreeMap<(Frame, String), Vec<(Frame, Notice)>>,
+    /// First frame whose inputs no step has used yet.
+    unused: Frame,
     /// Inputs of the latest frames executed, for other consumers that lack them.
     eaten: VecDeque<(Frame, Vec<Octets>)>,
     /// The view whose cuts are to be held: number, last frame of each lost member.
@@ -240,6 +242,7 @@ impl Member {
             arrivals: 0,
             ready: BTreeMap::new(),
             notices: BTreeMap::new(),
+            unused: 0,
             eaten: VecDeque::new(),
             holding: None,
             outcast: false,

@@ -48,7 +48,7 @@ pub(crate) mod words;
 use serde::{Deserialize, Serialize};
 
 use frame_ends::REPORT_OCTETS;
-pub use frame_ends::{FrameEnds, Joined};
+pub use frame_ends::{FrameEnds, Joined, Used};
 pub use join::{Accepted, Hello, ProducerAt, Return, Was, Welcome};
 pub use log::{LogAsk, LogPage, LogRecord};
 pub use notices::{

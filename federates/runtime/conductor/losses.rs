@@ -529,6 +529,8 @@ impl MemberLog {
     /// Forgets what was made after `frame`.
     fn cut(&mut self, frame: Option<Frame>) {
         self.made.retain(|(f, _)| Some(*f) <= frame);
+        self.named.retain(|(f, _)| Some(*f) <= frame);
+        self.used.retain(|used| Some(used.last) <= frame);
         self.states.retain(|(f, _)| Some(*f) <= frame);
         self.reports.clear();
         self.whole.clear();

@@ -11,8 +11,10 @@ use crate::runtime::views::Views;
 use scenarios::losses::{Losses, stall_flag};
 use std::collections::BTreeMap;
 
+mod differences;
 mod ends;
 mod returns;
+mod steps;
 
 /// A conductor and what its two members say.
 struct Hand {

@@ -5,7 +5,7 @@ use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::member::{CONDUCTOR, Effect as Act, Member};
 use crate::runtime::messages::{
     Accepted, Beat, Fetched, FinalReport, Frame, FrameEnds, Joined, Kind, Notice, Numbered, Order,
-    Repair, Repaired, Report, RunConfig, Standing,
+    Repair, Repaired, Report, RunConfig, Standing, Used,
 };
 use std::sync::{Arc, Mutex};
 
@@ -524,4 +524,40 @@ fn parts_of_a_frame_without_end_are_not_kept() {
     let (first, whole) = joined.take(600, part(false)).expect("the last");
     let hashes = whole.pdus[0].1.len();
     assert!(first > 1 && hashes < 600 << 14, "{hashes} hashes from part {first} on");
+}
+
+/// Each step says what it used of whom, by the PDUs that were handed over, not by those that were named.
+#[test]
+fn a_consumer_tells_what_its_steps_used() {
+    let mut consumer = member(true);
+    let hash = |n: u8| crate::runtime::digest::pdu_hash(&[n]);
+    let mut used = Vec::new();
+    let mut take = |effects: Vec<Act>| {
+        for effect in effects {
+            if let Act::Report(Numbered { body: Report::Ends(ends), .. }) = effect {
+                used.extend(ends.used);
+            }
+        }
+    };
+    take(order(&mut consumer, 2, Order::Grant { run: 1, upto: 3 }));
+    let frames = [vec![1], vec![2, 2], vec![], vec![3, 4]];
+    for (frame, pdus) in (0..).zip(&frames) {
+        let mut hashes: Vec<u64> = pdus.iter().map(|n| hash(*n)).collect();
+        hashes.sort_unstable();
+        let pdus_named = vec![(frame, hashes)];
+        let ends =
+            FrameEnds { run: 1, first: frame, last: frame, pdus: pdus_named, ..Default::default() };
+        let report = Numbered { fed: 7, inc: 1, seq: frame + 1, body: Report::Ends(ends) };
+        let mut effects = Vec::new();
+        consumer.report(S, WORLD, report, &mut effects);
+        let octets = pdus.iter().map(|n| (frame, vec![*n])).collect();
+        consumer.repaired(S, WORLD, Repaired { run: 1, pdus: octets }, &mut effects);
+        take(effects);
+    }
+    let of = |first, last, pdus: &[u8]| {
+        let sum = pdus.iter().fold(0_u64, |sum, n| sum.wrapping_add(hash(*n)));
+        Used { of: WORLD.into(), first, last, sum }
+    };
+    // Frame 0 has no step of its own.
+    assert_eq!(used, [of(0, 1, &[1, 2, 2]), of(2, 2, &[]), of(3, 3, &[3, 4])]);
 }

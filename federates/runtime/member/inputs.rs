@@ -3,7 +3,9 @@
 use super::{CONDUCTOR, Effect, MAX_WAITING, Member, WallNs};
 use crate::runtime::digest::pdu_hash;
 use crate::runtime::federate::{FrameInputs, Octets};
-use crate::runtime::messages::{Frame, FrameEnds, Joined, Numbered, Repair, Repaired, Report};
+use crate::runtime::messages::{
+    Frame, FrameEnds, Joined, Numbered, Repair, Repaired, Report, Used,
+};
 use crate::runtime::stream::Inbox;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -425,11 +427,31 @@ impl Member {
         live.map_or(complete, |producer| complete.min(producer.logged))
     }
 
+    /// Notes for the next report what this step uses of each producer whose PDUs it has to have: the conductor holds it
+    /// against what that one named.
+    fn tell_used(&mut self, last: Frame, sums: &BTreeMap<String, u64>) {
+        let first = std::mem::replace(&mut self.unused, last + 1);
+        if !self.federate.reads_pdus() {
+            return;
+        }
+        let needed = |(name, producer): &(&String, &Producer)| {
+            !producer.absent && self.federate.ahead_of(name) == Some(0)
+        };
+        let used = self.producers.iter().filter(needed).map(|(of, _)| {
+            let sum = sums.get(of).copied().unwrap_or(0);
+            Used { of: of.clone(), first, last, sum }
+        });
+        self.unreported.used.extend(used);
+    }
+
     pub(super) fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {
         let mut inputs = FrameInputs::default();
         let next = (frame + 1, String::new());
         let later = self.ready.split_off(&next);
-        for ((frame, _), pdus) in std::mem::replace(&mut self.ready, later) {
+        let mut sums: BTreeMap<String, u64> = BTreeMap::new();
+        for ((frame, name), pdus) in std::mem::replace(&mut self.ready, later) {
+            let sum = sums.entry(name).or_default();
+            *sum = pdus.iter().fold(*sum, |sum, octets| sum.wrapping_add(pdu_hash(octets)));
             inputs.pdus.extend(pdus.iter().map(|octets| (frame, octets.clone())));
             self.eaten.push_back((frame, pdus));
         }
@@ -437,6 +459,7 @@ impl Member {
             self.eaten.pop_front();
         }
         inputs.pdus.sort();
+        self.tell_used(frame, &sums);
         let later = self.notices.split_off(&next);
         for ((effect, _), notices) in std::mem::replace(&mut self.notices, later) {
             inputs.notices.extend(notices.into_iter().map(|(_, notice)| (effect, notice)));

@@ -242,6 +242,7 @@ impl Member {
             self.waiting.clear();
             self.waiting_order.clear();
         }
+        self.unused = 0;
         self.unreported = FrameEnds { run: config.run, ..FrameEnds::default() };
         let configured = self.federate.configure(&config, &mut out);
         self.config = Some(config);

@@ -17,10 +17,25 @@ pub struct FrameEnds {
     pub pdus: Vec<(Frame, Vec<u64>)>,
     /// Notices: in which frame each was made, in which it takes effect (that one or later), and the notice.
     pub notices: Vec<(Frame, Frame, Notice)>,
+    /// What the sender used of those whose PDUs it reads.
+    pub used: Vec<Used>,
     /// Digest of the sender's state at `last`; none in a part that others follow.
     pub state: Option<u64>,
     /// Frame `last` goes on in the next report of the sender.
     pub goes_on: bool,
+}
+
+/// PDUs of one producer that a consumer handed to its federate in one step, to be held against what that producer named.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Used {
+    /// Whose.
+    pub of: String,
+    /// Those of this frame
+    pub first: Frame,
+    /// to this one.
+    pub last: Frame,
+    /// Wrapping sum of their hashes.
+    pub sum: u64,
 }
 
 /// Octets of one report: a longer one is told in parts.
@@ -40,17 +55,17 @@ impl FrameEnds {
             return self.parts_of_a_frame();
         }
         let middle = self.first + (self.last - self.first) / 2;
-        let Self { run, first, last, pdus, notices, state, goes_on } = self;
+        let Self { run, first, last, pdus, notices, used, state, goes_on } = self;
         let (pdus, later_pdus) = pdus.into_iter().partition(|(frame, _)| *frame <= middle);
         let (notices, later_notices) = notices.into_iter().partition(|(made, ..)| *made <= middle);
-        let head = Self { run, first, last: middle, pdus, notices, state: None, goes_on: false };
+        let head = Self { run, first, last: middle, pdus, notices, ..Self::default() };
         let (pdus, notices) = (later_pdus, later_notices);
-        let tail = Self { run, first: middle + 1, last, pdus, notices, state, goes_on };
+        let tail = Self { run, first: middle + 1, last, pdus, notices, used, state, goes_on };
         [head.parts(), tail.parts()].concat()
     }
 
     fn parts_of_a_frame(self) -> Vec<Self> {
-        let Self { run, first, last, pdus, notices, state, goes_on } = self;
+        let Self { run, first, last, pdus, notices, used, state, goes_on } = self;
         let part = || Self { run, first, last, goes_on: true, ..Self::default() };
         let mut parts = Vec::new();
         for (frame, hashes) in pdus {
@@ -73,7 +88,7 @@ impl FrameEnds {
             }
         }
         if let Some(last) = parts.last_mut() {
-            (last.state, last.goes_on) = (state, goes_on);
+            (last.used, last.state, last.goes_on) = (used, state, goes_on);
         }
         parts
     }
@@ -94,6 +109,7 @@ impl FrameEnds {
                 (_, notice) => self.notices.push((made, effect, notice)),
             }
         }
+        self.used.extend(next.used);
         (self.last, self.state, self.goes_on) = (next.last, next.state, next.goes_on);
     }
 }
@@ -140,6 +156,6 @@ impl Weight for FrameEnds {
             Notice::Weather(weather) => 128 + 32 * weather.cells.len(),
             Notice::Given(_) | Notice::Seat(_) => 256,
         });
-        128 + hashes + notices.sum::<usize>()
+        128 + hashes + notices.sum::<usize>() + 64 * self.used.len()
     }
 }
