@@ -26,7 +26,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// What the gateway is to do.
@@ -87,12 +87,34 @@ enum Event {
     Flights(Vec<FlightNotice>),
     Operation(Operation),
     Alerts(Vec<AlertMessage>),
-    Lights(String),
-    Traffic(String),
+    Lights(Latest),
+    Traffic(Latest),
     Inputs(Vec<SeatMessage>),
     Federate(Box<FederateStatus>),
     ConductorAlive(bool),
     Stop,
+}
+
+/// A text of which only the latest matters: it takes the place of one that waits, so that a gateway that stands still keeps one.
+#[derive(Clone, Debug, Default)]
+struct Latest(Arc<Mutex<Option<String>>>);
+
+impl Latest {
+    fn slot(&self) -> MutexGuard<'_, Option<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts one there; nobody is told where one waits already, or where `tell` cannot.
+    fn put(&self, text: &str, tell: impl Fn(Self) -> bool) {
+        let waits = self.slot().replace(text.to_owned()).is_some();
+        if !waits && !tell(self.clone()) {
+            self.take();
+        }
+    }
+
+    fn take(&self) -> Option<String> {
+        self.slot().take()
+    }
 }
 
 /// Where others put what reaches the gateway. Never blocks.
@@ -122,7 +144,24 @@ impl Inbox {
     }
 
     fn put(&self, event: Event) {
-        self.send.try_send(event).ok(); // a scan that is lost here is missed by its number
+        self.offer(event); // a scan that is lost here is missed by its number
+    }
+
+    /// Whether there was room.
+    fn offer(&self, event: Event) -> bool {
+        self.send.try_send(event).is_ok()
+    }
+
+    /// Puts what is said in texts of at most so many octets, the latest of them.
+    fn latest(&self, most: usize, event: fn(Latest) -> Event) -> impl Fn(&[u8]) + Clone + use<> {
+        let (inbox, latest) = (self.clone(), Latest::default());
+        move |octets| {
+            if octets.len() <= most
+                && let Ok(text) = std::str::from_utf8(octets)
+            {
+                latest.put(text, |latest| inbox.offer(event(latest)));
+            }
+        }
     }
 }
 
@@ -153,23 +192,9 @@ pub fn run(
     hear(bus, "obs/flights", inbox.taking(Event::Flights))?;
     hear(bus, "obs/operation", inbox.taking(Event::Operation))?;
     hear(bus, "control/1/alerts", inbox.taking(Event::Alerts))?;
-    let lights = inbox.clone();
-    let put_lights = move |octets: &[u8]| {
-        if octets.len() <= MOST_LIGHTS
-            && let Ok(text) = std::str::from_utf8(octets)
-        {
-            lights.put(Event::Lights(text.to_owned()));
-        }
-    };
+    let put_lights = inbox.latest(MOST_LIGHTS, Event::Lights);
     let put_last = put_lights.clone();
-    let traffic = inbox.clone();
-    let put_traffic = move |octets: &[u8]| {
-        if octets.len() <= MOST_TRAFFIC
-            && let Ok(text) = std::str::from_utf8(octets)
-        {
-            traffic.put(Event::Traffic(text.to_owned()));
-        }
-    };
+    let put_traffic = inbox.latest(MOST_TRAFFIC, Event::Traffic);
     bus.subscribe("obs/traffic", Box::new(move |_, octets| put_traffic(octets)))?;
     bus.subscribe("control/1/lights", Box::new(move |_, octets| put_lights(octets)))?;
     hear(bus, "obs/inputs", inbox.taking(Event::Inputs))?;
@@ -368,9 +393,9 @@ impl<'a> Listening<'a> {
                     self.list_flights();
                 }
             }
-            Event::Traffic(text) => self.stands.hear(&text),
+            Event::Traffic(latest) => latest.take().iter().for_each(|text| self.stands.hear(text)),
             Event::Alerts(told) => self.gateway.on_alerts(told),
-            Event::Lights(text) => self.gateway.on_lights(&text),
+            Event::Lights(latest) => latest.take().iter().for_each(|t| self.gateway.on_lights(t)),
             Event::Inputs(told) => self.ports.on_inputs(&told),
             Event::Operation(operation) => self.ports.on_operation(operation),
             Event::Federate(_) | Event::ConductorAlive(_) | Event::Stop => {}
@@ -527,6 +552,30 @@ mod tests {
         }
     }
 
+    /// Four thousand texts of 64 MiB could wait for one that stands still.
+    #[test]
+    fn of_texts_that_wait_the_latest_is_kept_and_one_that_finds_no_room_is_not_the_last() {
+        let inbox = Inbox::default();
+        let say = inbox.latest(8, Event::Traffic);
+        let taken = || match inbox.receive.try_recv() {
+            Ok(Event::Traffic(latest)) => latest.take(),
+            Ok(other) => panic!("{other:?}"),
+            Err(_) => None,
+        };
+        for text in ["one", "two", "three", "far too long", "\u{fc}"] {
+            say(text.as_bytes());
+        }
+        say(&[0xff]);
+        assert_eq!((inbox.receive.len(), taken().as_deref()), (1, Some("\u{fc}")));
+        assert_eq!(taken(), None);
+        // No room for a word of it now; the next one is heard of.
+        (0..WAITING).for_each(|_| inbox.put(Event::Inputs(Vec::new())));
+        say(b"lost");
+        while inbox.receive.try_recv().is_ok() {}
+        say(b"next");
+        assert_eq!(taken().as_deref(), Some("next"));
+    }
+
     #[test]
     fn times_of_the_wall_are_for_runs_at_rate_1() {
         let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
@@ -588,7 +637,9 @@ mod tests {
         assert!(has("E19") && !has("ZZ7Q"));
         assert_eq!(listening.gateway.flights, std::slice::from_ref(&flight));
         let text = r#"{"time_s":1.5,"movers":[{"callsign":"swr_137h","stand":"ZZ 7Q"}]}"#;
-        listening.take(Event::Traffic(text.into()));
+        let said = Latest::default();
+        said.put(text, |_| true);
+        listening.take(Event::Traffic(said));
         listening.take(scan(2));
         assert!(has("ZZ7Q"));
         let stand_m = Some(Point2::new(4.0, 5.0));
