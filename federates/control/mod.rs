@@ -26,7 +26,7 @@ use crate::runtime::messages::{
     RunConfig, SeatMessage, TrackNotice,
 };
 use models::control::alert::{Alert, Change};
-use models::control::clearance::{Board, Clearance};
+use models::control::clearance::{Board, Clearance, ClearanceKind};
 use models::control::layout::{Area, Layout, RunwayAxis, StopBar};
 use models::control::lights::{self, Failed, FailedBars};
 use models::control::parameters::Parameters;
@@ -178,22 +178,34 @@ impl Control {
             from: SimTime(c.from_ns),
             until: None,
         });
-        let too_small = !c.way_m.is_empty() && self.is_too_small(callsign, &c.way_m);
-        if let Some(strip) = self.board.strip(callsign).filter(|_| !c.way_m.is_empty()) {
-            strip.way_m.clone_from(&c.way_m);
+        let lands = kind == ClearanceKind::Land;
+        if c.way_m.is_empty() && !lands {
+            return;
+        }
+        let too_small = self.is_too_small(callsign, runway.filter(|_| lands), &c.way_m);
+        if let Some(strip) = self.board.strip(callsign) {
+            if !lands {
+                strip.way_m.clone_from(&c.way_m);
+            }
             strip.too_small = too_small;
         }
     }
 
-    /// Whether its way, or its runway, is too narrow for a flight of the list.
-    fn is_too_small(&self, callsign: Callsign, way_m: &[Point2<f64>]) -> bool {
+    /// Whether its way, or its runway (`None`: that of the list), is too narrow for a flight of the list.
+    fn is_too_small(
+        &self,
+        callsign: Callsign,
+        runway: Option<(usize, Option<usize>)>,
+        way_m: &[Point2<f64>],
+    ) -> bool {
         let Some(entry) = self.flights.entries.iter().find(|e| e.callsign == callsign) else {
             return false;
         };
         let Some(row) = self.scene.traffic.types.get(&entry.type_designator) else { return false };
         let code = code_of_span(row.class.span_m);
         let layout = self.net.layout();
-        let axis = layout.runway(&entry.runway).and_then(|r| layout.runways.get(r.0));
+        let axis = runway.or_else(|| layout.runway(&entry.runway));
+        let axis = axis.and_then(|r| layout.runways.get(r.0));
         let behaving = self.scene.traffic.behaving.as_ref();
         axis.is_some_and(|axis| runway_is_narrow(axis, code))
             || behaving.is_some_and(|b| way_is_narrow(&b.network, code, way_m))
@@ -318,7 +330,7 @@ fn message(run: u32, now: SimTime, change: Change, alert: &Alert) -> AlertMessag
         stage: alert.condition.stage,
         subjects: alert.subjects(),
         since_ns: alert.since.0,
-        asterix: alert.condition.kind.asterix(),
+        asterix: alert.condition.asterix(),
         place_m: Point2::new(place.x, place.y),
         number: 0,
     }

@@ -141,7 +141,7 @@ impl AlertKind {
         Self::StandOccupied,
     ];
 
-    /// Message type in ASTERIX category 004 (I004/000). A roll with a crosser is 13.
+    /// Message type in ASTERIX category 004 (I004/000); of a roll towards one who crosses see [`Condition::asterix`].
     #[must_use]
     pub fn asterix(self) -> u8 {
         match self {
@@ -189,9 +189,20 @@ pub struct Condition {
     pub runway: Option<usize>,
     /// Where: the first subject, m.
     pub place_m: Point2<f64>,
+    /// Who is in the way of a roll crosses the runway.
+    pub crosses: bool,
 }
 
 impl Condition {
+    /// Message type in ASTERIX category 004 (I004/000): a roll with a crosser is 13.
+    #[must_use]
+    pub fn asterix(&self) -> u8 {
+        match self.kind {
+            AlertKind::RunwayRoll if self.crosses => 13,
+            kind => kind.asterix(),
+        }
+    }
+
     /// What conditions of successive scans are told apart by.
     #[must_use]
     pub fn key(&self) -> (AlertKind, Subject, Option<Subject>) {

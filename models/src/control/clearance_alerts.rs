@@ -73,6 +73,7 @@ pub(super) fn conditions(
                     stage: Stage::Alarm,
                     runway: Some(r),
                     place_m: at(b).or_else(|| at(a)).unwrap_or(runway.origin_m),
+                    crosses: false,
                 });
             }
         }

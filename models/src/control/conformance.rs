@@ -185,6 +185,7 @@ impl Monitor {
                 one.on_runway();
             }
             one.off_runway(remembered);
+            one.too_small();
             if situation.target.arriving {
                 one.stand(surveillance, &mut self.parked);
             }
@@ -192,6 +193,9 @@ impl Monitor {
                 let p = situation.target.position_m;
                 if !situation.airborne && area.holds(rules.now, p) {
                     let closed = area.kind == AreaKind::Closed;
+                    if !closed && one.is_allowed() {
+                        continue;
+                    }
                     one.raise(
                         AlertKind::Area,
                         if closed { Stage::Alarm } else { Stage::Information },
@@ -215,7 +219,8 @@ impl One<'_, '_> {
     fn raise(&mut self, kind: AlertKind, stage: Stage, runway: Option<usize>) {
         let target = &self.situation.target;
         let subjects = (Subject::Track(target.number), None);
-        self.out.push(Condition { kind, subjects, stage, runway, place_m: target.position_m });
+        let (place_m, crosses) = (target.position_m, false);
+        self.out.push(Condition { kind, subjects, stage, runway, place_m, crosses });
     }
 
     /// Whether it stands cleared for one of these on a runway (end `None`: in any direction).
@@ -451,9 +456,23 @@ impl One<'_, '_> {
         if off {
             self.raise(AlertKind::OffWay, Stage::Information, None);
         }
-        if strip.too_small && kinds.any(Kinds::of(&[Taxi, LineUp, TakeOff])) {
+    }
+
+    /// Who is cleared for a way or a runway that is too small for its type, wherever it is.
+    fn too_small(&mut self) {
+        let cleared = Kinds::of(&[Taxi, LineUp, TakeOff, Land]);
+        let told = |strip: &Strip| strip.too_small && strip.kinds.any(cleared);
+        if self.situation.target.class == TargetClass::Aircraft && self.strip.is_some_and(told) {
             self.raise(AlertKind::TooSmall, Stage::Information, None);
         }
+    }
+
+    /// Whether it is cleared onto a runway in whose strip it is: an area there is not kept free of it.
+    fn is_allowed(&self) -> bool {
+        let s = self.situation;
+        let kinds = [LineUp, TakeOff, Cross, Land, Enter, Backtrack];
+        let runways = 0..self.rules.layout.runways.len();
+        runways.into_iter().any(|r| s.in_strip(r) && self.cleared(&kinds, r, None))
     }
 
     fn stand(&mut self, surveillance: &Surveillance, parked: &mut Parked) {

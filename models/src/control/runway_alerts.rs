@@ -97,6 +97,7 @@ fn pair(kind: AlertKind, stage: Stage, k: &Situation, m: &Situation, runway: usi
         stage,
         runway: Some(runway),
         place_m: m.target.position_m,
+        crosses: false,
     }
 }
 
@@ -192,13 +193,11 @@ impl Scene<'_> {
                         self.r,
                     ));
                 } else if !leaves && !elsewhere {
-                    pairs.push(pair(
-                        AlertKind::RunwayRoll,
-                        Stage::Alarm,
-                        k.situation,
-                        m.situation,
-                        self.r,
-                    ));
+                    let (kind, stage) = (AlertKind::RunwayRoll, Stage::Alarm);
+                    let across_mps = self.runway.across_mps(m.situation.target.velocity_mps).abs();
+                    let crosses = across_mps > m.along_mps.abs().max(p.push_mps);
+                    let towards = pair(kind, stage, k.situation, m.situation, self.r);
+                    pairs.push(Condition { crosses, ..towards });
                 }
                 continue;
             };
@@ -227,6 +226,7 @@ impl Scene<'_> {
                 stage: Stage::Alarm,
                 runway: Some(self.r),
                 place_m: k.situation.target.position_m,
+                crosses: false,
             });
         }
     }

@@ -89,7 +89,8 @@ impl Watch {
                 if kind == ClearanceKind::Taxi && strip.way_m.len() != way.len() {
                     strip.way_m = way.to_vec();
                 }
-                if kind == ClearanceKind::Taxi {
+                if matches!(kind, ClearanceKind::Taxi | ClearanceKind::Land) {
+                    let way = if kind == ClearanceKind::Taxi { way } else { &[] };
                     let (network, flight) = (core.network(), &core.flights()[c.flight]);
                     let code = code_of_span(flight.size.span_m);
                     let name = &network.runways[flight.runway.0].names[flight.runway.1];
