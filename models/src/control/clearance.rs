@@ -154,7 +154,7 @@ impl Strip {
 }
 
 /// Most strips of a board: twice as many as there are track numbers.
-pub const MOST_STRIPS: usize = 8192;
+pub const MOST_STRIPS: usize = 1 << 16;
 /// Most clearances of one strip that stand or wait for their time.
 const MOST_OF_ONE: usize = 32;
 
@@ -257,7 +257,7 @@ impl Board {
         true
     }
 
-    /// Ends what stands of a kind (for a runway) at a time.
+    /// Ends what stands of a kind (for a runway) at a time. What begins as another one of its kind ends goes on.
     pub fn end(
         &mut self,
         callsign: Callsign,
@@ -265,19 +265,24 @@ impl Board {
         runway: Option<usize>,
         at: SimTime,
     ) {
-        let ends = |c: &Clearance| {
+        let meant = |c: &&Clearance| {
             c.callsign == callsign
                 && c.kind == kind
                 && (runway.is_none() || c.runway.map(|r| r.0) == runway)
         };
+        let index = self.find(callsign);
+        let standing = index.map_or(&[][..], |index| &self.strips[index].standing[..]);
+        let mut all = standing.iter().chain(&self.waiting).filter(meant);
+        let before = all.any(|c| c.from < at);
+        let ends = |c: &&mut Clearance| meant(&&**c) && (c.from < at || c.from == at && !before);
         let earlier = |until: Option<SimTime>| Some(until.map_or(at, |u| u.min(at)));
-        if let Some(index) = self.find(callsign) {
-            for c in self.strips[index].standing.iter_mut().filter(|c| ends(c)) {
+        if let Some(index) = index {
+            for c in self.strips[index].standing.iter_mut().filter(ends) {
                 c.until = earlier(c.until);
                 self.next_end = self.next_end.min(at);
             }
         }
-        for c in self.waiting.iter_mut().filter(|c| ends(c) && c.from <= at) {
+        for c in self.waiting.iter_mut().filter(ends) {
             c.until = earlier(c.until);
         }
     }
@@ -437,17 +442,42 @@ mod tests {
         assert_eq!((words(&board).as_str(), board.on_runways()), ("", &[][..]));
     }
 
+    /// A crossing was cleared as the one that was given wrongly ended: it ended with that, and he crossed without one.
+    #[test]
+    fn what_begins_as_another_of_its_kind_ends_goes_on() {
+        let at = SimTime::from_s;
+        let words_after = |from_s: &[f64], ended_s: &[f64], advanced_s: f64| {
+            let mut board = Board::default();
+            let (first, later) = from_s.split_at(1);
+            first.iter().for_each(|s| assert!(board.give(given(Cross, *s, None))));
+            board.advance(at(advanced_s));
+            later.iter().for_each(|s| assert!(board.give(given(Cross, *s, None))));
+            for s in ended_s {
+                board.end(Callsign::new("AAL1"), Cross, Some(0), at(*s));
+            }
+            board.advance(at(60.0));
+            words(&board)
+        };
+        for advanced_s in [5.0, 29.0, 31.0] {
+            assert_eq!(words_after(&[10.0, 30.0], &[30.0], advanced_s), "CRO", "{advanced_s}");
+            assert_eq!(words_after(&[10.0, 30.5], &[30.0], advanced_s), "CRO", "{advanced_s}");
+            assert_eq!(words_after(&[10.0, 30.0], &[30.0, 40.0], advanced_s), "", "{advanced_s}");
+            assert_eq!(words_after(&[30.0], &[30.0], advanced_s), "", "given and ended at once");
+            assert_eq!(words_after(&[10.0], &[30.0], advanced_s), "", "{advanced_s}");
+        }
+    }
+
     #[test]
     fn no_sender_fills_the_board_without_end() {
         let mut board = Board::default();
-        let taken = (0..9_000).filter(|n| {
-            let callsign = Callsign::new(&format!("X{n}"));
-            board.give(Clearance { callsign, ..given(Taxi, 1e6, None) })
-        });
+        let name = |n: usize| Callsign::new(&format!("X{n}"));
+        let taken = (0..MOST_STRIPS + 1000).filter(|n| board.strip(name(*n)).is_some());
         assert_eq!(taken.count(), MOST_STRIPS);
+        let late = name(MOST_STRIPS + 7);
+        assert!(!board.give(Clearance { callsign: late, ..given(Taxi, 1e6, None) }));
         let again = (0..1000).filter(|_| {
             board.give(Clearance { callsign: Callsign::new("X1"), ..given(Taxi, 1e6, None) })
         });
-        assert_eq!(again.count(), MOST_OF_ONE - 1);
+        assert_eq!(again.count(), MOST_OF_ONE);
     }
 }
