@@ -15,12 +15,18 @@ use crate::control::widths::{runway_is_narrow, way_is_narrow};
 use crate::frames::{Point2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
+use crate::truth::TruthState;
+use std::collections::BTreeMap;
+
+/// Tracks that a safety net watches at a time.
+const MOST_TARGETS: usize = 4096;
 
 /// A safety net that watches a core.
 #[derive(Clone, Debug)]
 pub struct Watch {
     net: SafetyNet,
     board: Board,
+    numbers: Numbers,
     /// Clearances taken so far, and those of them that still stand.
     taken: usize,
     open: Vec<usize>,
@@ -37,8 +43,9 @@ impl Watch {
         let bars = if with_bars { layout.bars.clone() } else { Vec::new() };
         let areas = layout.areas.clone();
         let net = SafetyNet::new(layout, parameters);
-        let board = Board::default();
-        Self { net, board, taken: 0, open: Vec::new(), bars, areas, visibility_m: Vec::new() }
+        let (board, numbers) = (Board::default(), Numbers::default());
+        let (open, visibility_m) = (Vec::new(), Vec::new());
+        Self { net, board, numbers, taken: 0, open, bars, areas, visibility_m }
     }
 
     /// The same in a weather: visibility from a time on, m, in the order of time.
@@ -61,7 +68,7 @@ impl Watch {
 
     /// Judges the core as it stands at `now`, on its exact truth.
     pub fn scan(&mut self, core: &Core, now: SimTime) -> &[(Change, Alert)] {
-        let targets = targets(core, now);
+        let targets = self.numbers.targets(core, now);
         self.scan_targets(core, now, &targets)
     }
 
@@ -116,8 +123,13 @@ impl Watch {
         });
         self.board.advance(now);
         for (number, flight) in core.flights().iter().enumerate() {
+            let callsign = Callsign::new(&flight.callsign);
+            // Who was never there needs no strip.
+            if self.board.find(callsign).is_none() && core.state(number).is_none() {
+                continue;
+            }
             let at_m = core.stand_m(core.stand(number));
-            if let Some(strip) = self.board.strip(Callsign::new(&flight.callsign)) {
+            if let Some(strip) = self.board.strip(callsign) {
                 strip.stand_m = Some(at_m);
             }
         }
@@ -147,28 +159,70 @@ impl Watch {
     }
 }
 
-/// The movers of a core as tracks without error; numbers are those of the flights.
+/// The movers of a core as tracks without error, in the order of their numbers: those of a scan alone (see [`Numbers`]).
 #[must_use]
 pub fn targets(core: &Core, now: SimTime) -> Vec<Target> {
-    let vehicle =
-        (core.flights().len()..).map_while(|n| core.vehicle_name(n).map(|name| (n, name)));
-    let flights = core.flights().iter().enumerate().map(|(n, f)| (n, f.callsign.as_str()));
-    let all = flights.chain(vehicle).take(4096);
-    all.filter_map(|(n, callsign)| {
-        let state = core.state(n)?;
-        let flight = core.flights().get(n);
-        Some(Target {
-            number: n as u16,
-            callsign: Some(Callsign::new(callsign)),
-            class: if flight.is_some() { TargetClass::Aircraft } else { TargetClass::Vehicle },
-            arriving: flight.is_some_and(|f| f.direction == Direction::Arrival),
-            length_m: flight.map_or(4.6, |f| f.size.length_m),
-            position_m: Point2::new(state.position_m.x, state.position_m.y),
-            velocity_mps: Vector2::new(state.velocity_mps.x, state.velocity_mps.y),
-            altitude_m: Some(state.position_m.z),
-            last_plot: now,
-            first: false,
-        })
-    })
-    .collect()
+    Numbers::default().targets(core, now)
+}
+
+/// Track numbers, 0 to 4095, of the movers of a core that are there: each keeps its own from scan to scan. A mover's index is its
+/// number where that is one and free.
+#[derive(Clone, Debug, Default)]
+pub struct Numbers {
+    of: BTreeMap<usize, u16>,
+    /// Who had a number last.
+    last: BTreeMap<u16, usize>,
+}
+
+impl Numbers {
+    /// The movers of a core as tracks without error, in the order of their numbers; of more than there are numbers those with the least
+    /// indices.
+    pub fn targets(&mut self, core: &Core, now: SimTime) -> Vec<Target> {
+        let flights = core.flights().len();
+        let vehicles = (flights..).take_while(|n| core.vehicle_name(*n).is_some());
+        let states = (0..flights).chain(vehicles).filter_map(|n| Some((n, core.state(n)?)));
+        let there: BTreeMap<usize, TruthState> = states.collect();
+        self.of.retain(|n, _| there.contains_key(n));
+        let mut taken = [false; MOST_TARGETS];
+        self.of.values().for_each(|number| taken[usize::from(*number)] = true);
+        let (mut targets, mut spare) = (Vec::new(), MOST_TARGETS);
+        for (n, state) in there {
+            let own = self.of.get(&n).copied().or_else(|| {
+                let free = match n < MOST_TARGETS && !taken[n] {
+                    true => Some(n),
+                    false => {
+                        let free = taken[..spare].iter().rposition(|taken| !taken);
+                        spare = free.unwrap_or(0);
+                        free
+                    }
+                }?;
+                taken[free] = true;
+                Some(free as u16)
+            });
+            let Some(number) = own else { continue };
+            self.of.insert(n, number);
+            let before = self.last.insert(number, n);
+            let flight = core.flights().get(n);
+            let callsign = match flight {
+                Some(flight) => &flight.callsign,
+                None => core.vehicle_name(n).unwrap_or_default(),
+            };
+            let drives = flight.is_none_or(|f| f.direction == Direction::Vehicle);
+            targets.push(Target {
+                number,
+                callsign: Some(Callsign::new(callsign)),
+                class: if drives { TargetClass::Vehicle } else { TargetClass::Aircraft },
+                arriving: flight.is_some_and(|f| f.direction == Direction::Arrival),
+                length_m: flight.map_or(4.6, |f| f.size.length_m),
+                position_m: Point2::new(state.position_m.x, state.position_m.y),
+                velocity_mps: Vector2::new(state.velocity_mps.x, state.velocity_mps.y),
+                altitude_m: Some(state.position_m.z),
+                last_plot: now,
+                // What is remembered of a number is of somebody else.
+                first: before.is_some_and(|before| before != n),
+            });
+        }
+        targets.sort_by_key(|target| target.number);
+        targets
+    }
 }

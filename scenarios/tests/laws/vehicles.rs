@@ -1,6 +1,12 @@
 //! Vehicles among flights that behave: they get about, and nobody has to be cleared for them or waits for long.
 
+use models::control::alert::Change;
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
+use models::control::situation::TargetClass;
+use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Phase};
+use models::traffic::exact::{Numbers, Watch};
 use scenarios::Scene;
 use scenarios::hours::{Hour, hour};
 use std::path::Path;
@@ -152,4 +158,93 @@ fn a_type_that_is_no_vehicle_is_refused_by_name() {
         assert!(error.to_string().contains(said), "{error}");
         assert!(error.to_string().contains("vehicles"), "{error}");
     }
+}
+
+/// Vehicles were aircraft without clearances to the reference: an alert at each drive, which tracks then had missed.
+#[test]
+fn the_reference_takes_vehicles_for_vehicles_and_tells_of_nobody_who_drives() {
+    for (airport, seed) in [("XSYN", 3), ("LSZH", 2), ("LIMC", 5)] {
+        let scene = scene(airport, FLEET, 20, seed);
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let layout = Layout::of(&scene.airport.layout).with_network(&behaving.network);
+        let mut watch = Watch::new(layout, Parameters::default(), false);
+        let mut core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
+        let (mut numbers, mut drove, mut told) = (Numbers::default(), 0, Vec::new());
+        for frame in 1..=scene.run.frames() as i64 {
+            core.step(frame);
+            if frame % 20 != 0 {
+                continue;
+            }
+            let now = SimTime(frame * scene.run.frame.0);
+            for target in numbers.targets(&core, now) {
+                let flight = &core.flights()[usize::from(target.number)];
+                let vehicle = flight.direction == Direction::Vehicle;
+                let class = if vehicle { TargetClass::Vehicle } else { TargetClass::Aircraft };
+                assert_eq!(target.class, class, "{airport}: {}", flight.callsign);
+                drove += usize::from(vehicle && target.velocity_mps.norm() > 3.0);
+            }
+            let raised = watch.scan(&core, now).iter().filter(|(c, _)| *c == Change::Raised);
+            told.extend(raised.map(|(_, a)| (a.condition.kind.word(), a.subjects())));
+        }
+        let fleet = |name: &String| {
+            let own = |f: &&models::traffic::core::Flight| f.callsign == *name;
+            core.flights().iter().find(own).is_some_and(|f| f.direction == Direction::Vehicle)
+        };
+        told.retain(|(_, subjects)| fleet(subjects));
+        assert!(drove > 60, "{airport}: {drove}");
+        assert!(told.is_empty(), "{airport}: {told:?}");
+    }
+}
+
+/// Whoever came behind the first 4 096 flights of a scene had no target on exact truth.
+#[test]
+fn the_reference_has_everybody_who_is_there_however_many_come_before_and_after() {
+    let mut scene = scene("XSYN", FLEET, 20, 3);
+    let alone =
+        scene.traffic.behaving.as_ref().expect("behaves").core(&scene.run, 3).expect("a core");
+    let behaving = scene.traffic.behaving.as_mut().expect("behaves");
+    let behaving = std::sync::Arc::get_mut(behaving).expect("nobody else has it");
+    // Flights of other hours come first, as many as have numbers.
+    let more = 4_100;
+    let like = behaving.flights[0].clone();
+    let place = |n: usize| models::traffic::core::Flight {
+        callsign: format!("OLD{n}"),
+        time_s: f64::INFINITY,
+        turnaround_of: None,
+        key: 1_000_000 + n as u64,
+        ..like.clone()
+    };
+    let later = |f: &models::traffic::core::Flight| models::traffic::core::Flight {
+        turnaround_of: f.turnaround_of.map(|of| of + more),
+        ..f.clone()
+    };
+    let all: Vec<_> = (0..more).map(place).chain(behaving.flights.iter().map(later)).collect();
+    behaving.flights = std::sync::Arc::new(all);
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let mut core = behaving.core(&scene.run, 3).expect("a core");
+    let mut alone = alone;
+    let (mut numbers, mut few) = (Numbers::default(), Numbers::default());
+    let mut had = std::collections::BTreeMap::new();
+    let mut most = 0;
+    for frame in 1..=scene.run.frames() as i64 {
+        core.step(frame);
+        alone.step(frame);
+        if frame % 20 == 0 {
+            let now = SimTime(frame * scene.run.frame.0);
+            let (all, known) = (numbers.targets(&core, now), few.targets(&alone, now));
+            let names = |targets: &[models::control::situation::Target]| {
+                let mut names: Vec<_> = targets.iter().filter_map(|t| t.callsign).collect();
+                names.sort();
+                names
+            };
+            assert_eq!(names(&all), names(&known), "frame {frame}");
+            assert!(all.windows(2).all(|pair| pair[0].number < pair[1].number), "in their order");
+            for target in &all {
+                let name = target.callsign.expect("a name");
+                assert_eq!(*had.entry(name).or_insert(target.number), target.number, "{name:?}");
+            }
+            most = most.max(all.len());
+        }
+    }
+    assert!(most >= 8, "{most}");
 }
