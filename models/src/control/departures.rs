@@ -4,7 +4,7 @@
 //! places. Of each runway it keeps the take-offs of those under way and puts the others behind them ([`best`]); who would wait
 //! at the line behind more than a queue is not pushed yet.
 
-use super::departure_sequence::{Departure, Rules, best, in_order};
+use super::departure_sequence::{Departure, Rules, best, first_come, in_order};
 use crate::wake::{Recat, Wake};
 use std::collections::BTreeMap;
 
@@ -264,7 +264,11 @@ impl Departures {
         let ready = |(since_s, at): &(f64, usize)| {
             departure(*at, since_s.max(now_s + factor * self.all[*at].exot_s))
         };
+        // Who has to wait for his slot has not come first: nobody behind him waits with him.
         let departures: Vec<Departure> = waiting.iter().map(ready).collect();
+        let order = first_come(&departures, &rules);
+        let departures: Vec<Departure> = order.iter().map(|i| departures[*i]).collect();
+        let waiting: Vec<(f64, usize)> = order.iter().map(|i| waiting[*i]).collect();
         let Ok(sequence) = best(&departures, Some(habits.shift), last, &rules) else { return };
         let mut take_offs: Vec<(usize, f64)> =
             line.iter().map(|l| l.1).zip(frozen.times_s.iter().copied()).collect();
@@ -394,5 +398,23 @@ mod tests {
         let tsat_s = late.milestones(0).expect("in the sequence").tsat_s;
         assert!(tsat_s > 1600.0 && !late.may_push(0, 1599.0), "TSAT {tsat_s} s");
         assert!(late.may_push(0, tsat_s) && !late.may_push(0, tsat_s - 1.0), "TSAT {tsat_s} s");
+    }
+
+    /// One with a slot in fifty minutes was first in the order for as long as it waited, and all but two waited with it.
+    #[test]
+    fn nobody_waits_for_the_slot_of_another() {
+        let mut all: Vec<Departing> =
+            (0..10).map(|f| departing(f, Medium, 30.0 * f64::from(f))).collect();
+        for slotted in [0, 4, 9] {
+            all.iter_mut().for_each(|d| d.ctot_s = None);
+            all[slotted].ctot_s = Some(3000.0);
+            let manager = manager(2, &all);
+            let ttot = |f: usize| manager.milestones(f as u32).expect("in the sequence").ttot_s;
+            let others = (0..10).filter(|f| *f != slotted);
+            // Nine mediums, a minute apart, the first at the runway after 400 s.
+            let last_s = others.map(ttot).fold(0.0, f64::max);
+            assert!(last_s <= 270.0 + 400.0 + 9.0 * 60.0 + 1.0, "{slotted}: {last_s}");
+            assert!(ttot(slotted) >= 2700.0, "{slotted}: {}", ttot(slotted));
+        }
     }
 }
