@@ -258,7 +258,10 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
             );
         }
     }
-    for (number, section, key, text) in movers::of(scene, &traffic, &sensors)? {
+    let failures = movers::failures(scene, &all("failure")?)?;
+    for (number, section, key, text) in
+        failures.into_iter().chain(movers::of(scene, &traffic, &sensors)?)
+    {
         say(number, &section, key, text);
     }
     for (section, key, holds) in idle(scene, root, &sensors)? {

@@ -9,6 +9,7 @@ use models::airport::{Airport, distance_to_segment_m};
 use models::flight_list::MovementKind;
 use models::frames::Point2;
 use models::time::SimTime;
+use models::traffic::core::{Direction, FailureKind};
 use models::traffic::network::{NetRunway, Network, code_index, code_of_span};
 use models::truth::Trajectory;
 use models::truth::recorded::Held;
@@ -16,6 +17,31 @@ use std::cell::OnceCell;
 
 /// Number, table, key, sentence.
 pub(super) type Found = (u8, Section, &'static str, String);
+
+/// Failures that never come: what goes wrong does not happen to a flight of this direction.
+pub(super) fn failures(scene: &Scene, sections: &[Section]) -> Result<Vec<Found>, ScenarioError> {
+    let Some(behaving) = &scene.traffic.behaving else { return Ok(Vec::new()) };
+    let mut found = Vec::new();
+    for section in sections {
+        let (kind, name) =
+            (section.choice("kind", &FailureKind::WORDS)?, section.text("callsign")?);
+        let flight = behaving.flights.iter().find(|f| Some(&f.callsign[..]) == name);
+        let (Some(kind), Some(flight)) = (kind, flight) else { continue };
+        if !kind.happens_to(flight.direction) {
+            let (of, word) = (flight.direction.word(), kind.word());
+            let other = match flight.direction {
+                Direction::Departure => Direction::Arrival.word(),
+                _ => Direction::Departure.word(),
+            };
+            let text = format!(
+                "'{}' is {of}, to which \"{word}\" does not happen: name {other}, or leave the table out",
+                flight.callsign
+            );
+            found.push((25, section.clone(), "kind", text));
+        }
+    }
+    Ok(found)
+}
 
 /// All that is found.
 pub(super) fn of(

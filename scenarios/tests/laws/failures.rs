@@ -337,3 +337,119 @@ fn a_conflicting_clearance_ends_itself_and_no_other() {
     }
     assert!(given >= 10 && others >= 1, "{given} given, {others} beside");
 }
+
+/// A failure at the line that came due when its flight had lined up, or the second of two of one flight, kept that flight on the
+/// runway for ever, and everybody else off it.
+#[test]
+fn failures_at_the_line_that_come_too_late_or_in_pairs_leave_the_runway_in_use() {
+    for (airport, seed) in [(LIMC, 3), (LZIB, 7)] {
+        let (_, name, lines_up_s) = first_off(airport, seed);
+        let one = |kind: &str, rest: &str| {
+            format!("[[failure]]\nkind = \"{kind}\"\ncallsign = \"{name}\"\n{rest}\n")
+        };
+        let late = format!("at_s = {}", lines_up_s + 0.5);
+        let sets = [
+            vec![one("pass_hold", &late)],
+            vec![one("pass_hold", ""), one("wrong_runway", "")],
+            vec![one("pass_hold", ""), one("stop_bar", "stay_s = 7200")],
+            vec![one("wrong_runway", ""), one("stop_bar", &late)],
+        ];
+        for set in sets {
+            let rest = "[control]\nstop_bars = true\n".to_owned() + &set.concat();
+            let scene = scene(airport, seed, &rest);
+            let (core, _) = flown(&scene);
+            let served = (core.measures_of_served(), core.flights().len());
+            assert_eq!(served.0, served.1, "{airport}: {set:?}: {:?}", core.shown());
+            let alone = core.clearances().iter().filter(|c| c.kind == "LUP" && c.until_s.is_none());
+            assert_eq!(alone.count(), 0, "{airport}: {set:?}: all have rolled");
+        }
+    }
+}
+
+/// An aircraft whose engine is dead went on at full speed when the stop beside that was over.
+#[test]
+fn who_stands_for_two_reasons_stands_until_both_are_over() {
+    for (airport, seed) in [(LIMC, 3), (LSZH, 5)] {
+        let (flight, name, _) = first_off(airport, seed);
+        let one = |kind: &str, stay_s: u32| {
+            format!("[[failure]]\nkind = \"{kind}\"\ncallsign = \"{name}\"\nstay_s = {stay_s}\n")
+        };
+        for order in [["stop", "engine"], ["engine", "stop"]] {
+            let rest = order.map(|kind| one(kind, if kind == "stop" { 60 } else { 300 })).concat();
+            let mut core = core_of(&scene(airport, seed, &rest));
+            let mut moved_s = Vec::new();
+            for frame in 1..=60_000 {
+                core.step(frame);
+                let shown_s = core.shown().iter().map(|s| s.time_s).fold(f64::INFINITY, f64::min);
+                let now_s = frame as f64 * 0.05;
+                if now_s > shown_s + 298.0 {
+                    break;
+                }
+                let speed = core.state(flight).map_or(0.0, |s| s.velocity_mps.norm());
+                if now_s > shown_s + 1.0 && speed > 0.1 {
+                    moved_s.push(now_s - shown_s);
+                }
+            }
+            assert_eq!(core.shown().len(), 2, "{airport} {order:?}: {:?}", core.shown());
+            assert!(moved_s.is_empty(), "{airport} {order:?}: moves after {:?} s", moved_s.first());
+        }
+    }
+}
+
+/// A clearance against another one that went to a car, which nobody clears, changed the place of the lawful one.
+#[test]
+fn a_conflicting_clearance_is_given_to_no_car() {
+    let xsyn = "layout = \"airports/XSYN.apt.dat\"";
+    let mut given = 0;
+    for seed in 1..=4 {
+        let quiet = text(xsyn, seed, "vehicles = { FOLLOWME = 4 }\n");
+        let flights = core_of(&load(&quiet).expect("a scene")).flights().to_vec();
+        let of = |f: &models::traffic::core::Flight| f.direction != Direction::Vehicle;
+        let failing = flights.iter().filter(|f| of(f)).map(|f| {
+            format!(
+                "[[failure]]\nkind = \"conflicting_clearance\"\ncallsign = \"{}\"\n",
+                f.callsign
+            )
+        });
+        let (core, _) = flown(&load(&(quiet + &failing.collect::<String>())).expect("a scene"));
+        for c in core.clearances() {
+            assert!(of(&core.flights()[c.flight]), "seed {seed}: {c:?}");
+            assert!(c.kind != "LND" || c.place_m.is_none(), "seed {seed}: {c:?}");
+        }
+        for shown in core.shown() {
+            let at = |c: &&models::traffic::core::Clearance| {
+                c.kind == "CRO" && c.runway == "09/27" && c.from_s == shown.time_s
+            };
+            given += 1;
+            assert!(core.clearances().iter().any(|c| at(&c)), "seed {seed}: {shown:?}");
+        }
+    }
+    assert!(given >= 4, "{given}");
+}
+
+/// `wrong_runway` of an arrival let it land elsewhere than it was cleared, and nobody was told.
+#[test]
+fn a_failure_that_does_not_happen_to_its_flight_is_told_of_and_changes_nothing() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("failures.toml");
+    for (airport, seed) in [(LSZH, 5), (LIMC, 3)] {
+        let plain = core_of(&scene(airport, seed, ""));
+        for direction in [Direction::Arrival, Direction::Departure] {
+            let of = |f: &&models::traffic::core::Flight| f.direction == direction;
+            let flight = plain.flights().iter().find(of).expect("one");
+            for (word, kind) in FailureKind::WORDS {
+                let rest = fails(word, &flight.callsign, "");
+                let (read, found) =
+                    scenarios::warnings::check(&path, &text(airport, seed, &rest)).expect(word);
+                let told = found.iter().filter(|w| w.number == 25).count();
+                assert_eq!(told, usize::from(!kind.happens_to(direction)), "{word}: {found:?}");
+                if told > 0 {
+                    let core = core_of(&read);
+                    let runway = |f: &models::traffic::core::Flight| f.runway;
+                    let same =
+                        core.flights().iter().map(runway).eq(plain.flights().iter().map(runway));
+                    assert!(same, "{airport}: {word} of {}", flight.callsign);
+                }
+            }
+        }
+    }
+}

@@ -63,6 +63,28 @@ impl FailureKind {
         ("transponder", Self::Transponder),
     ];
 
+    /// Whether a flight of this direction ever comes to where it happens.
+    #[must_use]
+    pub fn happens_to(self, direction: super::Direction) -> bool {
+        use super::Direction::{Arrival, Departure, Vehicle};
+        match self {
+            Self::PassHold
+            | Self::TakeOffUncleared
+            | Self::PushUncleared
+            | Self::WrongRunway
+            | Self::NoReply => direction == Departure,
+            Self::WrongTurn | Self::VehicleOnRunway | Self::ForgetLandingClearance => {
+                direction == Arrival
+            }
+            Self::Stop
+            | Self::BlownTyre
+            | Self::Engine
+            | Self::ConflictingClearance
+            | Self::StopBar
+            | Self::Transponder => direction != Vehicle,
+        }
+    }
+
     /// Its word.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -129,7 +151,9 @@ impl Core {
         let count = self.movers.len();
         let planned: Vec<usize> = self.flights.iter().map(|f| f.runway.0).collect();
         for failure in failures.iter().filter(|f| f.flight < count) {
-            if failure.kind == FailureKind::WrongRunway {
+            let direction = self.flights[failure.flight].direction;
+            if failure.kind == FailureKind::WrongRunway && direction == super::Direction::Departure
+            {
                 self.mistake_runway(failure.flight);
             }
             let failure = failure.clone();
@@ -231,6 +255,16 @@ impl Core {
         passes.or_else(|| self.failing(m, FailureKind::StopBar).filter(dark))
     }
 
+    /// Whether it has gone onto the runway uncleared, and stands there until that is over. What has not begun at the line holds nobody
+    /// behind it.
+    pub(super) fn entered_uncleared(&self, m: usize) -> bool {
+        let there = |f: &Failing| f.failure.flight == m && f.begun_s.is_some() && !f.over;
+        self.failing.iter().any(|f| {
+            use FailureKind::{PassHold, StopBar, WrongRunway};
+            there(f) && matches!(f.failure.kind, PassHold | WrongRunway | StopBar)
+        })
+    }
+
     pub(super) fn begin_failure(&mut self, f: usize) {
         let now = self.time_s;
         self.failing[f].begun_s.get_or_insert(now);
@@ -286,6 +320,7 @@ impl Core {
         let Some(f) = own.or(of_other) else { return };
         let there = |o: &usize| {
             *o != m
+                && !self.is_vehicle(*o)
                 && !matches!(
                     self.movers[*o].phase,
                     Phase::Absent | Phase::Gone | Phase::Final | Phase::GoAround
@@ -432,11 +467,16 @@ impl Core {
                 } else if begun && mover.v == 0.0 && shown_s.is_none() {
                     self.show(f);
                 } else if shown_s.is_some_and(|at| now >= at + stay_s) {
-                    let mover = &mut self.movers[m];
-                    mover.stopped = false;
-                    mover.refused_at = None;
-                    mover.towed = kind != FailureKind::Stop;
                     self.failing[f].over = true;
+                    let lasts = self.failing.iter().any(|f| {
+                        use FailureKind::{BlownTyre, Engine, Stop};
+                        let stops = matches!(f.failure.kind, Stop | Engine | BlownTyre);
+                        stops && f.failure.flight == m && f.begun_s.is_some() && !f.over
+                    });
+                    let mover = &mut self.movers[m];
+                    mover.stopped = lasts;
+                    mover.refused_at = None;
+                    mover.towed |= kind != FailureKind::Stop;
                 }
             }
             FailureKind::ForgetLandingClearance => {

@@ -27,6 +27,18 @@ pub enum Direction {
     Vehicle,
 }
 
+impl Direction {
+    /// What a flight of it is, for people.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Arrival => "an arrival",
+            Self::Departure => "a departure",
+            Self::Vehicle => "a vehicle",
+        }
+    }
+}
+
 /// One flight of a schedule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {

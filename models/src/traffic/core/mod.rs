@@ -373,7 +373,7 @@ impl Core {
                 Phase::Pushing => self.pushing(m),
                 Phase::Taxiing => self.taxiing(m),
                 Phase::LinedUp(until) => {
-                    let waits = self.enters_uncleared(m).is_some();
+                    let waits = self.entered_uncleared(m);
                     self.asks_for_take_off(m);
                     if self.by_sight.contains(&m) {
                         self.joins_runway(m);
