@@ -3,6 +3,7 @@
 
 use models::airport::Airport;
 use models::control::alert::Change;
+use models::control::clearance::ClearanceKind;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::frames::{Azimuth, Point2, Vector2, wrap_pi};
@@ -710,6 +711,8 @@ fn a_flight_that_is_left_beside_its_way_is_towed() {
         let towed =
             core.remarks().iter().filter(|r| r.text.contains("left beside its way")).count();
         assert!(towed >= 3, "{airport}: {towed}: {:?}", core.remarks());
+        let open = core.clearances().iter().filter(|c| c.until_s.is_none() && c.kind != "GOA");
+        assert_eq!(open.count(), 0, "{airport}: nobody is cleared for anything any more");
         assert!(faults.is_empty(), "{airport}: {faults:?}");
         assert_eq!(
             core.measures_of_served(),
@@ -735,5 +738,56 @@ fn a_flight_that_is_given_back_too_fast_brakes_and_goes_on() {
         assert_eq!(core.unexpected_deadlocks(), 0, "{airport}");
         let served = core.measures_of_served();
         assert_eq!(served, core.flights().len(), "{airport}: {:?}", core.remarks());
+    }
+}
+
+/// Who has rejected his take-off stands on the runway, lined up: he was cleared for nothing, an alert for half a minute.
+#[test]
+fn who_has_rejected_a_take_off_is_lined_up_again() {
+    for (airport, told) in [("LZIB", 6), ("LSZH", 6), ("XSYN", 6)] {
+        let scene = loaded_with(airport, None, "");
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let mut core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
+        let (mut said, mut stood) = (0_u64, 0);
+        for frame in 1..=scene.run.frames() as i64 {
+            core.step(frame);
+            for flight in 0..core.flights().len() {
+                let speed = core.state(flight).map_or(0.0, |s| s.velocity_mps.norm());
+                if core.phase(flight) == Phase::Rolling
+                    && (20.0..21.0).contains(&speed)
+                    && said < told
+                {
+                    said += 1;
+                    core.notice(Notice {
+                        effect_frame: frame + 1,
+                        source: "tower".into(),
+                        sequence: said,
+                        flight,
+                        order: Order::Revoke(ClearanceKind::TakeOff),
+                    });
+                }
+            }
+            for remark in core.remarks().iter().filter(|r| r.text.ends_with("take-off rejected")) {
+                let name = remark.text.split(':').next().unwrap_or_default();
+                let flight = core.flights().iter().position(|f| f.callsign == name).expect("one");
+                let now_s = frame as f64 * scene.run.frame.s();
+                let lined_up = matches!(core.phase(flight), Phase::LinedUp(_));
+                if lined_up && now_s < remark.time_s + 20.0 {
+                    let open = |c: &&models::traffic::core::Clearance| {
+                        c.flight == flight && c.until_s.is_none() && matches!(c.kind, "LUP" | "TOF")
+                    };
+                    let kinds: Vec<_> =
+                        core.clearances().iter().filter(open).map(|c| c.kind).collect();
+                    assert_eq!(kinds, ["LUP"], "{airport}: {name} at {now_s} s");
+                    stood += 1;
+                }
+            }
+        }
+        assert!(stood > 300, "{airport}: {stood} frames of {said}");
+        let twice = |c: &models::traffic::core::Clearance| c.kind == "LUP" && c.until_s.is_none();
+        let waiting = (0..core.flights().len())
+            .filter(|f| matches!(core.phase(*f), Phase::LinedUp(_) | Phase::Taxiing));
+        let open = core.clearances().iter().filter(|c| twice(c)).count();
+        assert!(open <= waiting.count(), "{airport}: {open}");
     }
 }

@@ -175,11 +175,12 @@ impl Core {
             (mover.parked_pieces, mover.phase) = (parked, Phase::Docked);
             mover.measures.aibt_s = Some(now);
             mover.measures.taxi_s = Some(now - mover.taxi_from_s);
-            self.end_clearance(m, "TAX");
         } else {
             (mover.phase, mover.tow_to) = (Phase::Absent, Some(stand));
             mover.next_try_s = now + 120.0;
         }
+        // Nothing that it was cleared for holds any more, for a runway in whose strip it was left neither.
+        self.end_clearances(m);
         self.version += 1;
         self.book();
     }

@@ -536,6 +536,13 @@ impl Core {
         self.end_clearance_of(m, |c| c.kind == "CRO" && c.runway == names);
     }
 
+    /// Ends all that it is cleared for.
+    fn end_clearances(&mut self, m: usize) {
+        let (flight, now) = (self.movers[m].flight, self.time_s);
+        let open = |c: &&mut Clearance| c.flight == flight && c.until_s.is_none();
+        self.clearances.iter_mut().filter(open).for_each(|c| c.until_s = Some(now));
+    }
+
     fn end_clearance_of(&mut self, m: usize, which: impl Fn(&Clearance) -> bool) {
         let (flight, now) = (self.movers[m].flight, self.time_s);
         let open = self.clearances.iter_mut().rev();

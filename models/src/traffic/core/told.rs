@@ -361,6 +361,8 @@ impl Core {
     fn stands_after_rejecting(&mut self, m: usize) {
         self.movers[m].rejects = false;
         self.end_clearance(m, "TOF");
+        // It is lined up again, until it rolls or is towed away.
+        self.clear(m, "LUP", self.end_name(m));
         self.movers[m].phase = Phase::LinedUp(self.time_s + RESTS_S);
         let (name, (r, end)) = (self.flights[m].callsign.clone(), self.flights[m].runway);
         self.remark(format!("{name}: take-off rejected"));
@@ -378,6 +380,7 @@ impl Core {
         self.release_held(m);
         self.keep_for_roll(m, Vec::new());
         self.vacate(m);
+        self.end_clearances(m);
         let mover = &mut self.movers[m];
         (mover.phase, mover.tow_to) = (Phase::Absent, Some(stand));
         (mover.push, mover.way) = Default::default();
