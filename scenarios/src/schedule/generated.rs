@@ -172,7 +172,7 @@ pub(super) fn generated(
             continue;
         }
         let mut time_s = if direction == Direction::Arrival { 260.0 } else { 30.0 };
-        for number in 0..5000_u64 {
+        for number in 0..MOST {
             let key = DrawKey { run_seed: seed, sensor: 1 + kind as u32, entity: number, scan: 0 };
             let mut rng = key.rng(Purpose::Mover);
             let gap = if profile == Profile::Even { 1.0 } else { exponential(&mut rng) };
@@ -209,6 +209,12 @@ pub(super) fn generated(
             });
         }
     }
+    for (direction, of) in [(Direction::Arrival, "arrivals"), (Direction::Departure, "departures")]
+    {
+        if drawn.iter().filter(|d| d.direction == direction).count() as u64 == MOST {
+            left_out.push(format!("{of} after the first {MOST} are left out: no more are drawn"));
+        }
+    }
     let count = drawn.len();
     let allotted = allotted(ground, types, &usable, drawn, &smaller);
     let (wanted, none) = on_stands(section.line_of("kind"), ground, &allotted);
@@ -219,6 +225,9 @@ pub(super) fn generated(
     }
     Ok(wanted)
 }
+
+/// Flights that are drawn of a direction, at most: a scene has as many movers.
+const MOST: u64 = 60_000;
 
 /// How times are spread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -112,10 +112,15 @@ pub(crate) fn utc_ns(text: &str) -> Option<i64> {
 /// The flights of a table; what lies before the start of the run is over.
 pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioError> {
     const DAY_NS: i64 = 86_400_000_000_000;
+    /// A run that begins so shortly before the first flight has the days of the table, also where midnight lies between.
+    const BEFORE_NS: i64 = 3_600_000_000_000;
     let rows = rows_of(file)?;
     let times = || rows.iter().filter_map(|r| r.departs_ns.or(r.lands_ns));
-    let first_day = times().min().map_or(0, |t| t.div_euclid(DAY_NS));
-    let shift_ns = (run.start_utc_ns.div_euclid(DAY_NS) - first_day) * DAY_NS;
+    let first_ns = times().min().unwrap_or(0);
+    let shift_ns = match first_ns - run.start_utc_ns {
+        0..=BEFORE_NS => 0,
+        _ => (run.start_utc_ns.div_euclid(DAY_NS) - first_ns.div_euclid(DAY_NS)) * DAY_NS,
+    };
     let mut names = BTreeSet::new();
     let mut wanted = Vec::new();
     for row in &rows {
