@@ -31,6 +31,10 @@ pub struct RunwayAxis {
     pub ends_held_m: [f64; 2],
 }
 
+/// The place of one who is pushed back onto a lane comes so far past its line, m, before it is on it (assumed: an A333 at Boeing Field and
+/// an A320 at Brainerd 10 m).
+const SWING_M: f64 = 15.0;
+
 /// Length of one step of [`RunwayAxis::strips_m`], m.
 const STEP_M: f64 = 50.0;
 
@@ -236,21 +240,27 @@ impl Layout {
                 least(bar.place_m, across_m, 1, across_m.abs());
             }
             let number = net.runways.iter().position(|n| n.names == axis.names);
-            for edge in net
-                .edges
-                .iter()
-                .filter(|e| e.runway.is_none() && e.strip.is_none_or(|s| Some(s) != number))
+            for (index, edge) in
+                net.edges.iter().enumerate().filter(|(_, e)| {
+                    e.runway.is_none() && e.strip.is_none_or(|s| Some(s) != number)
+                })
             {
+                // Who is pushed back onto a lane swings past its line.
+                let swing_m = if net.is_lane(index) { SWING_M } else { 0.0 };
                 let [a, b] = edge.nodes.map(|n| net.nodes[n].at_m);
                 let count = ((b - a).norm() / 2.0).ceil().clamp(1.0, 5_000.0) as usize;
                 for i in 0..=count {
                     let (s, d) = axis.place_m(a + (b - a) * (i as f64 / count as f64));
                     let beside = (-60.0..=axis.length_m + 60.0).contains(&s);
                     // What touches the runway itself is a crossing that the file does not end with a hold.
-                    if beside && d.abs() < axis.hold_m && d.abs() > 0.5 * axis.width_m + 15.0 {
+                    if beside
+                        && d.abs() < axis.hold_m + swing_m
+                        && d.abs() > 0.5 * axis.width_m + 15.0
+                    {
                         // Between two points of an edge, too, where a step ends there.
-                        least(s - 2.0, d, 0, d.abs());
-                        least(s + 2.0, d, 0, d.abs());
+                        let short_m = (d.abs() - swing_m).max(0.5 * axis.width_m + 15.0);
+                        least(s - 2.0, d, 0, short_m);
+                        least(s + 2.0, d, 0, short_m);
                     }
                 }
             }
@@ -499,5 +509,48 @@ mod tests {
         let layout = Layout::new(vec![axis([0.0, 0.0], [3000.0, 0.0])]).with_network(&net);
         assert!(layout.bars.is_empty());
         assert_eq!(layout.runways[0].ends_held_m, [f64::INFINITY, 55.0]);
+    }
+
+    /// Who was pushed back onto a lane beside a runway was told of as one on it (each hour at Brainerd): the strip ends a swing short of
+    /// such a lane, and at a taxiway that no stand lies at as before.
+    #[test]
+    fn a_strip_ends_a_swing_short_of_a_lane_beside_stands() {
+        let node = |at: [f64; 2], stand| NetNode {
+            name: String::new(),
+            at_m: Point2::new(at[0], at[1]),
+            runway: None,
+            hold_for: None,
+            stand,
+            used: true,
+        };
+        for (lane_m, beside_stand, without_m) in
+            [(70.0, true, 55.0), (70.0, false, 70.0), (95.0, true, 80.0), (95.0, false, 90.0)]
+        {
+            let mut net = Network::default();
+            let stand = beside_stand.then_some(0);
+            net.nodes = vec![
+                node([1000.0, -lane_m], None),
+                node([1200.0, -lane_m], None),
+                node([1100.0, -lane_m - 60.0], stand),
+                node([1100.0, -lane_m], None),
+            ];
+            let edge = |nodes| NetEdge {
+                nodes,
+                two_way: true,
+                runway: None,
+                strip: None,
+                backtrack: false,
+                name: String::new(),
+                code: 4,
+                origin: None,
+            };
+            net.edges = vec![edge([0, 3]), edge([3, 1]), edge([3, 2])];
+            let net = net.with_lanes();
+            let layout = Layout::new(vec![axis([0.0, 0.0], [3000.0, 0.0])]).with_network(&net);
+            let hold_m = layout.runways[0].hold_at_m(1075.0, 30.0);
+            assert_eq!(hold_m, without_m, "lane at {lane_m} m, stands: {beside_stand}");
+            assert_eq!(layout.runways[0].hold_at_m(1075.0, -30.0), 90.0, "the other side");
+            assert_eq!(layout.runways[0].hold_at_m(2000.0, 30.0), 90.0, "farther along");
+        }
     }
 }

@@ -316,6 +316,14 @@ impl Network {
         self.lanes.get(edge).copied().unwrap_or(false)
     }
 
+    /// The same with its lanes beside stands marked.
+    #[cfg(test)]
+    #[must_use]
+    pub(crate) fn with_lanes(mut self) -> Self {
+        self.mark_lanes();
+        self
+    }
+
     fn mark_lanes(&mut self) {
         let mut beside = vec![false; self.nodes.len()];
         for edge in &self.edges {

@@ -36,7 +36,7 @@ fn who_has_just_left_a_crossing_is_no_intruder_and_who_stays_is() {
         }
         assert_eq!(
             crosses(kind, Some(25.0), "ABC1", 45, false),
-            Some(26),
+            Some(25),
             "exact truth lags by nothing"
         );
     }
