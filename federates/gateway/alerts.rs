@@ -45,20 +45,19 @@ pub struct Mark {
 }
 
 impl Alerts {
+    /// A run goes on, or is another one: alerts of those before are nobody's any more.
+    pub(crate) fn come_to(&mut self, run: u32) {
+        if run > self.run {
+            let (lit, changed) = (std::mem::take(&mut self.lit), self.changed);
+            *self = Self { run, lit, changed, ..Self::default() };
+        }
+    }
+
     /// Changes of alerts, each of which is told several times.
     pub(crate) fn take(&mut self, messages: Vec<AlertMessage>) {
         for message in messages {
-            if message.run < self.run {
-                continue;
-            }
-            if message.run > self.run {
-                *self = Self {
-                    run: message.run,
-                    lit: std::mem::take(&mut self.lit),
-                    ..Self::default()
-                };
-            }
-            if message.number <= self.told {
+            self.come_to(message.run);
+            if message.run < self.run || message.number <= self.told {
                 continue;
             }
             self.told = message.number;

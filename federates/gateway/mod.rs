@@ -319,6 +319,7 @@ impl Gateway {
             _ => {
                 self.scans_lost += scan.scan.saturating_sub(1);
                 self.memory.clear();
+                self.alerts.come_to(scan.run);
             }
         }
         self.last = Some((scan.run, scan.scan));

@@ -295,6 +295,39 @@ fn alerts_and_stop_bars_go_out_while_they_last_and_once_when_they_end() {
     assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
 }
 
+/// What stood when the operator restarted is not said of the next run, which may have no alert at all; nor what is late of it.
+#[test]
+fn alerts_of_a_run_end_with_it() {
+    use models::control::alert::{AlertKind, Change, Stage};
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    let raised = AlertMessage {
+        run: 1,
+        time_ns: 0,
+        change: Change::Raised,
+        id: 1,
+        kind: AlertKind::RunwayOpposite,
+        stage: Stage::Alarm,
+        subjects: "7".into(),
+        since_ns: 0,
+        asterix: AlertKind::RunwayOpposite.asterix(),
+        place_m: Point2::new(0.0, 0.0),
+        number: 1,
+    };
+    let mut said = |run, number, told: &[AlertMessage]| -> usize {
+        gateway.on_alerts(told.to_vec());
+        let scan = report(number, vec![track(7, number as i64 * 1_000_000_000)], vec![]);
+        let sent = gateway.on_scan(&ScanReport { run, ..scan });
+        read(&sent, |r| (r.category.number == 4).then_some(())).len()
+            + read(&sent, |r| r.get(&cat011::I600).map(drop)).len()
+    };
+    let told = std::slice::from_ref(&raised);
+    assert_eq!(said(1, 1, told), 2, "the alert, and the mark of its track");
+    assert_eq!(said(1, 2, &[]), 2);
+    assert_eq!(said(2, 1, &[]), 0, "another run");
+    assert_eq!(said(2, 2, told), 0, "told again, late");
+    assert_eq!(said(2, 3, &[AlertMessage { run: 2, ..raised.clone() }]), 2, "its own");
+}
+
 /// Squitters of what ADS-B sensors were told: with its error, gone on in a straight line, and nobody whom no sensor heard lately.
 #[test]
 fn squitters_of_reports_say_what_the_sensors_were_told() {
