@@ -307,7 +307,7 @@ fn watch(
 }
 
 /// The value of a flag that takes several with commas between; none where there is none.
-fn listed<T: ToString>(values: &[T]) -> Option<String> {
+pub(super) fn listed<T: ToString>(values: &[T]) -> Option<String> {
     let texts: Vec<String> = values.iter().map(ToString::to_string).collect();
     (!texts.is_empty()).then(|| texts.join(","))
 }

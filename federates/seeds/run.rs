@@ -1,7 +1,7 @@
 //! `seeds run`: a whole federation on this host, one process a federate, or all in one.
 
 use super::agent::places;
-use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
+use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments, listed};
 use super::run_args::RunArgs;
 use crate::federation::{GATEWAY, generator_name, has_control, smdfm_name};
 use crate::runtime::cli::print_line;
@@ -431,47 +431,7 @@ fn start_all(
         [&[name.to_owned()], &common[..], more].concat()
     };
     let options = args.options();
-    let mut admin = vec!["--sync-listen".to_owned(), endpoint.to_owned()];
-    if args.fast {
-        admin.push("--fast".into());
-        admin.push("--progress".into());
-    } else {
-        admin.extend(["--rate".to_owned(), args.rate.to_string()]);
-    }
-    if let Some(seconds) = args.duration {
-        admin.extend(["--duration".to_owned(), seconds.to_string()]);
-    }
-    if let Some(seed) = args.seed {
-        admin.extend(["--seed".to_owned(), seed.to_string()]);
-    }
-    if options.batch {
-        admin.push("--batch".into());
-    }
-    if !options.autostart {
-        admin.push("--wait".into());
-    }
-    admin.extend(["--generators".to_owned(), args.generators.to_string()]);
-    if args.smdfms > 1 {
-        admin.extend(["--smdfms".to_owned(), args.smdfms.to_string()]);
-    }
-    admin.extend(args.losses.arguments());
-    if let Some(Journaled { file, named, .. }) = journal {
-        admin.extend(["--journal".to_owned(), file.display().to_string()]);
-        if *named {
-            admin.push("--leave".to_owned());
-        }
-    }
-    if options.visitors {
-        admin.push("--visitors".to_owned());
-    }
-    if args.with_logger() {
-        // A log that was asked for is worth a longer wait on a busy host.
-        let asked = args.record.is_some() || args.report.is_some();
-        admin.push(format!("--expect-logger={}", if asked { 10 } else { 2 }));
-    }
-    if args.asterix.asked() {
-        admin.push("--expect-gateway".to_owned());
-    }
+    let admin = station_arguments(args, endpoint, journal);
     launched.start("admin-station", &with("admin-station", &admin))?;
     if args.asterix.asked() {
         launched.start(GATEWAY, &with(GATEWAY, &args.asterix.arguments()))?;
@@ -507,6 +467,56 @@ fn start_all(
     Ok(())
 }
 
+/// What the administration station is told beside the common arguments.
+fn station_arguments(args: &RunArgs, endpoint: &str, journal: Option<&Journaled>) -> Vec<String> {
+    let options = args.options();
+    let mut admin = vec!["--sync-listen".to_owned(), endpoint.to_owned()];
+    if args.fast {
+        admin.push("--fast".into());
+        admin.push("--progress".into());
+    } else {
+        admin.extend(["--rate".to_owned(), args.rate.to_string()]);
+    }
+    if let Some(seconds) = args.duration {
+        admin.extend(["--duration".to_owned(), seconds.to_string()]);
+    }
+    if let Some(seed) = args.seed {
+        admin.extend(["--seed".to_owned(), seed.to_string()]);
+    }
+    if options.batch {
+        admin.push("--batch".into());
+    }
+    if !options.autostart {
+        admin.push("--wait".into());
+    }
+    admin.extend(["--generators".to_owned(), args.generators.to_string()]);
+    if args.smdfms > 1 {
+        admin.extend(["--smdfms".to_owned(), args.smdfms.to_string()]);
+    }
+    admin.extend(args.losses.arguments());
+    if let Some(Journaled { file, named, .. }) = journal {
+        admin.extend(["--journal".to_owned(), file.display().to_string()]);
+        if *named {
+            admin.push("--leave".to_owned());
+        }
+    }
+    if options.visitors {
+        admin.push("--visitors".to_owned());
+    }
+    if let Some(managers) = listed(&args.network.dis_managers) {
+        admin.extend(["--dis-managers".to_owned(), managers]);
+    }
+    if args.with_logger() {
+        // A log that was asked for is worth a longer wait on a busy host.
+        let asked = args.record.is_some() || args.report.is_some();
+        admin.push(format!("--expect-logger={}", if asked { 10 } else { 2 }));
+    }
+    if args.asterix.asked() {
+        admin.push("--expect-gateway".to_owned());
+    }
+    admin
+}
+
 fn viewer_arguments(args: &RunArgs) -> Vec<String> {
     let mut more = Vec::new();
     if args.no_viewer {
@@ -531,4 +541,29 @@ fn say(text: &str) {
 #[expect(clippy::print_stderr, reason = "a progress line on a terminal")]
 fn show_progress(done: &str) {
     eprint!("\r{done}   ");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        run: RunArgs,
+    }
+
+    #[test]
+    fn the_station_is_told_whose_simulation_management_drives_the_run() {
+        let of = |flags: &[&str]| {
+            let Line { run } = Line::try_parse_from([&["run"], flags].concat()).expect("sound");
+            let line = station_arguments(&run, "tcp/127.0.0.1:7447", None);
+            let at = line.iter().position(|word| word == "--dis-managers");
+            at.map(|at| line[at + 1].clone())
+        };
+        assert_eq!(of(&[]), None);
+        let managers = "10.0.0.9,10.1.0.0/16";
+        assert_eq!(of(&["--dis-managers", managers]).as_deref(), Some(managers));
+    }
 }
