@@ -50,6 +50,7 @@ fn alarms(ahead_ms: i64, fed: u128) -> Vec<String> {
         succeeds: None,
         journal: None,
         balance: false,
+        refused: Arc::default(),
         bus: station,
         config: config(),
         events,

@@ -303,7 +303,7 @@ fn lead_run(
     let network = &args.common.network;
     let gateway = Gateway::open(network, scene, exercise, config.seed, events.0.clone())?;
     let (name, step_ns) = (scene.name.clone(), scene.run.frame.0);
-    let stated = gateway.listener();
+    let (stated, refused) = (gateway.listener(), gateway.refused());
     Ok(super::run(AdminContext {
         bus: lead.bus,
         name: lead.name,
@@ -321,6 +321,7 @@ fn lead_run(
         patience: Duration::from_secs(120),
         journal: args.journal.clone(),
         balance: args.losses.balance,
+        refused,
     })?)
 }
 

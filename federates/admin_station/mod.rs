@@ -37,6 +37,7 @@ use crossbeam_channel::{Receiver, Sender};
 use station::Station;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 pub use statistics::Statistics;
@@ -118,6 +119,8 @@ pub struct AdminContext {
     pub succeeds: Option<Box<Succeeds>>,
     /// Moves places of producers away from busy hosts.
     pub balance: bool,
+    /// Requests of simulation management from hosts that may not drive the run, so far.
+    pub refused: Arc<AtomicU64>,
 }
 
 /// What a standby knows when it leads: the conductor, and the log of the run.

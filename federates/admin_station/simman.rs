@@ -1,7 +1,7 @@
 //! DIS simulation management drives the run, and hears of it.
 //!
 //! Start/Resume, Stop/Freeze, Action Request, Set Data and Data Query PDUs from this host and those that `dis_managers` names, in both forms, become
-//! commands; the answer goes out when the state is *reached*, and a repeated request gets the same answer. What is
+//! commands, and those of others are counted; the answer goes out when the state is *reached*, and a repeated request gets the same answer. What is
 //! about a single entity, or needs no command, is done at the desk. The station announces its own
 //! transitions with the same PDUs, so that outsiders and recordings know when a run began and ended, and tells of
 //! what happens in Event Reports.
@@ -28,6 +28,8 @@ use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, EncodeError, Envelope};
 use scenarios::Scene;
 use std::collections::BTreeSet;
+use std::net::IpAddr;
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -46,6 +48,7 @@ pub struct Gateway {
     time: FrameTime,
     scene: Arc<Scene>,
     seed: u64,
+    refused: Arc<AtomicU64>,
 }
 
 /// What the station says of a run in a Comment PDU when it begins, so that a recording explains itself.
@@ -113,12 +116,13 @@ impl Gateway {
             neighbours: BTreeSet::new(),
         };
         // DIS has no authentication: who commands beside this host is told.
-        let managers = Managers::of(args, &scene.network);
+        let mut managers = Managers::of(args, &scene.network, &config);
+        let refused = managers.refused();
         let died = events.clone();
         spawn_watched(
             "the listener for DIS simulation management",
             move |why| drop(died.send(Event::Broken(why))),
-            move || listen(receiver, &managers, exercise, &mut requests, &events),
+            move || listen(receiver, &mut managers, exercise, &mut requests, &events),
         )?;
         let (clocked, send) = (Arc::clone(&desk), Arc::clone(&sender));
         std::thread::Builder::new().name("desk of DIS management".into()).spawn(move || {
@@ -128,7 +132,13 @@ impl Gateway {
                 send_all(&send, due);
             }
         })?;
-        Ok(Self { sender, envelope, id, desk, time, scene: Arc::clone(scene), seed })
+        Ok(Self { sender, envelope, id, desk, time, scene: Arc::clone(scene), seed, refused })
+    }
+
+    /// Requests of hosts that may not drive the run, so far.
+    #[must_use]
+    pub fn refused(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.refused)
     }
 
     /// Hears how the run stands.
@@ -218,21 +228,14 @@ fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {
 
 fn listen(
     mut receiver: datalink::Receiver,
-    managers: &Managers,
+    managers: &mut Managers,
     exercise: u8,
     requests: &mut Requests,
     events: &Sender<Event>,
 ) {
     loop {
         let received = receiver.receive(None, |arrival| {
-            if !managers.may_command(arrival.from.ip()) {
-                return;
-            }
-            for received in pdu::pdus(arrival.payload).filter_map(Result::ok) {
-                if received.header().exercise_id == exercise {
-                    requests.consider(received.body());
-                }
-            }
+            requests.hear(managers, exercise, arrival.from.ip(), arrival.payload);
         });
         if let Err(e) = received {
             let why = format!("DIS simulation management is no longer heard: {e}");
@@ -243,6 +246,37 @@ fn listen(
 }
 
 impl Requests {
+    /// A datagram of anybody: all of the data plane comes by here.
+    fn hear(&mut self, managers: &mut Managers, exercise: u8, from: IpAddr, datagram: &[u8]) {
+        let may = managers.may_command(from);
+        for received in pdu::pdus(datagram).filter_map(Result::ok) {
+            if received.header().exercise_id != exercise {
+                continue;
+            }
+            if may {
+                self.consider(received.body());
+            } else if self.asks(received.body()) {
+                managers.refuse(from);
+            }
+        }
+    }
+
+    /// Whether a PDU asks something of this run: what stations of other runs tell all does not.
+    fn asks(&self, body: &Body<'_>) -> bool {
+        let (from, to) = match body {
+            Body::CreateEntity(b) => (b.originating_id, b.receiving_id),
+            Body::CreateEntityR(b) => (b.originating_id, b.receiving_id),
+            Body::RemoveEntity(b) => (b.originating_id, b.receiving_id),
+            Body::RemoveEntityR(b) => (b.originating_id, b.receiving_id),
+            _ => match wanted(body) {
+                Some(wanted) => (wanted.request.from, wanted.to),
+                None => return false,
+            },
+        };
+        let station = from.application == WORLD_APPLICATION && from.entity == 0;
+        !station && (to.addresses(self.id) || to.site == self.id.site)
+    }
+
     fn consider(&mut self, body: &Body<'_>) {
         if let Some(out) = locked(&self.desk).consider(monotonic_ns(), body, &self.answered) {
             return send_all(&self.sender, out);
@@ -339,6 +373,7 @@ mod tests {
             time: FrameTime::of(&scene.run),
             scene,
             seed: 1,
+            refused: Arc::default(),
         };
         let (mut stated, reason) = (gateway.listener(), "smdfm is lost: it is gone");
         let mut reached = gateway.announcer();
@@ -361,6 +396,50 @@ mod tests {
         };
         assert_eq!(of(&|body| matches!(body, Body::EventReport(_))), 1);
         assert_eq!(of(&|body| matches!(body, Body::StopFreeze(_))), 1, "and that time stands");
+    }
+
+    /// One that runs on this host sends from the interface of the federation, which need not be loopback; what others ask is counted, and nothing
+    /// else that comes by.
+    #[test]
+    fn who_asks_and_may_not_is_counted() {
+        let id = EntityId::new(1, WORLD_APPLICATION, 0);
+        let envelope: Enveloper = Arc::new(|_| Envelope::new(1, pdu::DisTime::default()));
+        let created = Created::new(1, BTreeSet::new());
+        let (operator, asked) = crossbeam_channel::unbounded();
+        let mut requests = Requests {
+            sender: Arc::new(|_: &[u8]| {}),
+            desk: Arc::new(Mutex::new(Desk::new(id, Arc::clone(&envelope), created))),
+            envelope: Arc::clone(&envelope),
+            id,
+            operator,
+            answered: Answered::default(),
+            neighbours: BTreeSet::new(),
+        };
+        let ip = |text: &str| text.parse::<IpAddr>().expect("an address");
+        let mut managers = Managers::new(Vec::new(), vec![ip("10.0.0.1")]);
+        let refused = managers.refused();
+        let mut stop = |from: EntityId, to, request_id, host| {
+            let stop = StopFreeze {
+                originating_id: from,
+                receiving_id: to,
+                reason: StopReason::RECESS,
+                request_id,
+                ..StopFreeze::default()
+            };
+            let mut octets = Vec::new();
+            envelope(0).append(&stop, &mut octets).expect("of fixed size");
+            requests.hear(&mut managers, 1, ip(host), &octets);
+            let count = refused.load(std::sync::atomic::Ordering::Relaxed);
+            (asked.try_iter().count(), count)
+        };
+        let (tool, all) = (EntityId::new(9, 7, 0), EntityId::ALL);
+        assert_eq!(stop(tool, all, 1, "10.0.0.1"), (1, 0), "this host");
+        assert_eq!(stop(tool, all, 2, "10.0.0.9"), (0, 1), "another one");
+        assert_eq!(stop(tool, id, 3, "10.0.0.9"), (0, 2));
+        let station = EntityId::new(2, WORLD_APPLICATION, 0);
+        assert_eq!(stop(station, all, 4, "10.0.0.9"), (0, 2), "what another run tells");
+        let other = EntityId::new(5, WORLD_APPLICATION, 0);
+        assert_eq!(stop(tool, other, 5, "10.0.0.9"), (0, 2), "asked of another run");
     }
 
     #[test]

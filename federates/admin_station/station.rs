@@ -23,9 +23,11 @@ use crate::runtime::messages::{
 };
 use crate::runtime::process::{Usage, random_id};
 use crate::runtime::run_log::RunLog;
+use crate::runtime::senders::NO_MANAGER;
 use crate::runtime::succession::{Leads, Steps, StepsAsk, Voted};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -95,6 +97,8 @@ pub(super) struct Station {
     exit: Option<u8>,
     /// Places are moved by load.
     balance: Option<Balance>,
+    /// Requests of simulation management that were refused.
+    refused: Arc<AtomicU64>,
 }
 
 impl Station {
@@ -162,6 +166,7 @@ impl Station {
             stopping: None,
             exit: None,
             balance: context.balance.then(Balance::default),
+            refused: context.refused,
         };
         Ok((station, receive))
     }
@@ -446,6 +451,7 @@ impl Station {
             progress(conductor.frame(), self.last_frame);
         }
         self.usage.sample(now);
+        let refused = Some(self.refused.load(Ordering::Relaxed)).filter(|count| *count > 0);
         let status = FederateStatus {
             name: self.name.into(),
             pid: std::process::id(),
@@ -457,6 +463,7 @@ impl Station {
             host_busy_pct: self.usage.host_busy_pct,
             host_cores: self.usage.host_cores,
             alarms: self.clocks.alarms().map(str::to_owned).collect(),
+            dropped: refused.map(|count| (NO_MANAGER.to_owned(), count)).into_iter().collect(),
             ..Default::default()
         };
         self.bus.publish(&format!("obs/fed/{}", self.name), Class::Lossy, encode(&status))?;

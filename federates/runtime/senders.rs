@@ -9,11 +9,16 @@ use scenarios::network::AddressRange;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What is counted where a sender's address is not in the list.
 pub const NO_SENDER: &str = "sender not in the list (dis_from)";
 /// What is counted where an entity's site is not in the list.
 pub const NO_SITE: &str = "site not in the list (dis_sites)";
+/// What is counted where a host asks something of the run that may not drive it.
+pub const NO_MANAGER: &str =
+    "simulation management of a host that may not drive the run (dis_managers)";
 
 /// Addresses of which a refusal is said; the rest is counted.
 const NAMED: usize = 16;
@@ -75,20 +80,52 @@ impl Senders {
 
 /// Hosts whose simulation management is obeyed beside this one.
 #[derive(Clone, Debug, Default)]
-pub struct Managers(Vec<AddressRange>);
+pub struct Managers {
+    from: Vec<AddressRange>,
+    own: Vec<IpAddr>,
+    named: BTreeSet<IpAddr>,
+    refused: Arc<AtomicU64>,
+}
 
 impl Managers {
-    /// Those of the command line, else of the scene.
+    /// Those of the command line, else of the scene, in a federation that sends by `config`.
     #[must_use]
-    pub fn of(args: &NetworkArgs, scene: &scenarios::Network) -> Self {
+    pub fn of(args: &NetworkArgs, scene: &scenarios::Network, config: &LinkConfig) -> Self {
         let told = &args.dis_managers;
-        Self(if told.is_empty() { scene.dis_managers.clone() } else { told.clone() })
+        let from = if told.is_empty() { scene.dis_managers.clone() } else { told.clone() };
+        Self::new(from, own_addresses(config))
+    }
+
+    /// A list; `own` are the addresses that this host sends from.
+    #[must_use]
+    pub fn new(from: Vec<AddressRange>, own: Vec<IpAddr>) -> Self {
+        Self { from, own, ..Self::default() }
     }
 
     /// Whether a host may command the run.
     #[must_use]
     pub fn may_command(&self, from: IpAddr) -> bool {
-        from.to_canonical().is_loopback() || self.0.iter().any(|range| range.holds(from))
+        let from = from.to_canonical();
+        from.is_loopback()
+            || self.own.contains(&from)
+            || self.from.iter().any(|range| range.holds(from))
+    }
+
+    /// Counts a request of a host that may not. The first of each is said.
+    pub fn refuse(&mut self, from: IpAddr) {
+        let from = from.to_canonical();
+        self.refused.fetch_add(1, Ordering::Relaxed);
+        if self.named.len() < NAMED && self.named.insert(from) {
+            tracing::warn!(
+                "simulation management of {from} is not obeyed: it is neither this host nor named (--dis-managers, dis_managers)"
+            );
+        }
+    }
+
+    /// Requests that were refused so far.
+    #[must_use]
+    pub fn refused(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.refused)
     }
 }
 
@@ -205,10 +242,28 @@ mod tests {
             (&none, &scene, [true, false]),
             (&flag, &scene, [false, true]),
         ] {
-            let managers = Managers::of(args, scene);
+            let managers = Managers::of(args, scene, &LinkConfig::default());
             let may = |from| managers.may_command(ip(from));
             assert_eq!([may("10.0.0.9"), may("10.1.2.3")], far);
             assert!(may("127.0.0.1") && may("::1") && may("::ffff:127.0.0.1") && !may("10.0.0.8"));
         }
+    }
+
+    #[test]
+    fn this_host_drives_the_run_also_from_the_interface_that_was_asked_for() {
+        let config = LinkConfig {
+            to: "239.9.1.1:3000".parse().expect("a group"),
+            interface: Some(ip("10.0.0.1")),
+            ..LinkConfig::default()
+        };
+        let (args, scene) = (NetworkArgs::default(), scenarios::Network::default());
+        let mut managers = Managers::of(&args, &scene, &config);
+        assert!(managers.may_command(ip("10.0.0.1")) && managers.may_command(ip("127.0.0.1")));
+        assert!(
+            managers.may_command(ip("::ffff:10.0.0.1")) && !managers.may_command(ip("10.0.0.2"))
+        );
+        let refused = managers.refused();
+        (0..3).for_each(|_| managers.refuse(ip("10.0.0.2")));
+        assert_eq!(refused.load(Ordering::Relaxed), 3);
     }
 }

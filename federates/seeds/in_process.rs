@@ -128,6 +128,7 @@ pub fn federation(
         succeeds: None,
         journal: None,
         balance: false,
+        refused: Arc::default(),
         bus: Arc::new(hub.join()),
         config: conductor_config(&scene, &options),
         events: admin_events,
