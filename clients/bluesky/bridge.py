@@ -179,11 +179,21 @@ class Bridge:
             self.handover.on_state(body)
         if rate is None and phase == "RUNNING":
             sys.exit("bridge: the run goes as fast as possible; BlueSky has real time: leave out --fast")
-        if rate != self.rate and rate:
-            self.say(f"DTMULT {max(1, min(20, round(rate)))}")
-        if phase != self.phase:
-            self.say("OP" if phase == "RUNNING" else "HOLD")
+        before = self.phase, self.rate
         self.phase, self.rate = phase, rate
+        if phase != before[0]:
+            self.go() if phase == "RUNNING" else self.say("HOLD")
+        elif rate != before[1]:
+            self.tell_rate()
+
+    def go(self):
+        """OP sets BlueSky's rate to 1, as RESET does: ours goes after it."""
+        self.say("OP")
+        self.tell_rate()
+
+    def tell_rate(self):
+        if self.rate:
+            self.say(f"DTMULT {max(1, min(20, round(self.rate)))}")
 
     def on_truth(self, body):
         rows = {row["callsign"].upper(): row for row in body["truth"] if row.get("ours") and row.get("lat_deg") is not None and row["callsign"]}
@@ -253,9 +263,7 @@ class Bridge:
         self.created.clear()
         self.pending.clear()
         self.write("in", "came", node.hex())
-        self.say("OP" if self.phase in (None, "RUNNING") else "HOLD")
-        if self.rate:
-            self.say(f"DTMULT {max(1, min(20, round(self.rate)))}")
+        self.go() if self.phase in (None, "RUNNING") else self.say("HOLD")
 
     def leave(self):
         """The node is gone: what was its own ends at once."""
@@ -281,7 +289,7 @@ class Bridge:
             self.count["resets"] += 1
             self.write("in", topic, None)
             self.begin_again()
-            self.say("OP" if self.phase in (None, "RUNNING") else "HOLD")
+            self.go() if self.phase in (None, "RUNNING") else self.say("HOLD")
         elif topic == "ECHO":
             self.write("in", topic, data if isinstance(data, (dict, str)) else str(data))
             if isinstance(data, dict):
@@ -335,7 +343,7 @@ class Bridge:
         # SEEDS owns time: who holds it is told to go on.
         if self.phase == "RUNNING" and now - self.moved_s > HELD_S and now - self.asked_op_s > HELD_S:
             self.asked_op_s = now
-            self.say("OP")
+            self.go()
         ours = self.ours.get("names", set()) if self.ours else None
         if ours is None:
             return  # nobody has said yet who is ours
@@ -480,7 +488,7 @@ def address(text):
     return str(ipaddress.ip_address(host)), int(port)
 
 
-def main():
+def parser():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--endpoint", default=seeds.live.DEFAULT_ENDPOINT, help="public interface of the run")
     parser.add_argument("--exercise", type=int, default=1)
@@ -497,7 +505,11 @@ def main():
     parser.add_argument("--type", default="A320", help="type of theirs whose type BlueSky does not tell")
     parser.add_argument("--replay", metavar="FILE", help="what BlueSky said as --log wrote it, by the time of the run, in place of a BlueSky")
     parser.add_argument("--log", metavar="FILE", help="what comes and goes, one JSON object a line")
-    why = Bridge(parser.parse_args()).run()
+    return parser
+
+
+def main():
+    why = Bridge(parser().parse_args()).run()
     if why:
         sys.exit(f"bridge: {why}")
 

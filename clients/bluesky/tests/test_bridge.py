@@ -10,6 +10,7 @@ import sys
 import tempfile
 import types
 import unittest
+import unittest.mock
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
@@ -83,6 +84,60 @@ class SimTimes(unittest.TestCase):
         self.assertAlmostEqual(said[0][1], 1.1, delta=0.15)
         # What was off for five seconds is the measure from then on.
         self.assertAlmostEqual(sim.anchor, -2.0, delta=0.1)
+
+
+class Rates(unittest.TestCase):
+    """As BlueSky's simulation does, OP and RESET set its rate to 1."""
+
+    def setUp(self):
+        self.rate, self.state, self.told = None, None, []
+        arguments = bridge.parser().parse_args(["--dis", "127.0.0.1:9"])
+        wire = types.SimpleNamespace(nodes=[], command=lambda _, line: self.obey(line))
+        with unittest.mock.patch.object(bridge, "connected", return_value=wire):
+            self.bridge = bridge.Bridge(arguments)
+        self.addCleanup(self.bridge.socket.close)
+
+    def obey(self, line):
+        self.told.append(line)
+        words = line.split()
+        if words[0] == "DTMULT":
+            self.rate = float(words[1])
+        elif words[0] == "OP":
+            self.state, self.rate = "OP", 1.0
+        elif words[0] == "HOLD":
+            self.state = "HOLD"
+
+    def run_is(self, phase, rate):
+        self.bridge.on_state({"phase": phase, "rate": rate})
+        return self.state, self.rate
+
+    def test_bluesky_goes_at_the_rate_of_the_run_whatever_made_it_go(self):
+        self.bridge.take(b"*S123")
+        self.assertEqual(self.state, "OP", "nobody has said how the run stands")
+        self.assertEqual(self.run_is("FROZEN", 4.0)[0], "HOLD")
+        self.assertEqual(self.run_is("RUNNING", 4.0), ("OP", 4.0))
+        self.assertEqual(self.run_is("RUNNING", 2.0), ("OP", 2.0))
+        told = len(self.told)
+        self.assertEqual(self.run_is("RUNNING", 2.0), ("OP", 2.0))
+        self.assertEqual(len(self.told), told, "nothing new")
+        self.run_is("FROZEN", 2.0)
+        self.assertEqual(self.run_is("RUNNING", 3.0), ("OP", 3.0), "another rate, as it goes on")
+        self.state, self.rate = "INIT", 1.0
+        self.bridge.from_node("RESET", None)
+        self.assertEqual((self.state, self.rate), ("OP", 3.0))
+        # Somebody holds it: it is told to go on after two seconds.
+        self.bridge.aircraft({"simt": 5.0})
+        self.state = "HOLD"
+        self.bridge.moved_s -= 3.0
+        self.bridge.aircraft({"simt": 5.0})
+        self.assertEqual((self.state, self.rate), ("OP", 3.0))
+        # Another node.
+        self.state, self.rate = None, 1.0
+        self.bridge.take(b"*S124")
+        self.assertEqual((self.state, self.rate), ("OP", 3.0))
+        self.run_is("FROZEN", 3.0)
+        self.bridge.from_node("RESET", None)
+        self.assertEqual(self.state, "HOLD")
 
 
 class Recorded(unittest.TestCase):
