@@ -101,7 +101,7 @@ class Bridge:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         if ipaddress.ip_address(arguments.dis[0]).is_multicast:
-            self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+            self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(arguments.interface))
         self.log = open(arguments.log, "w", encoding="utf-8") if arguments.log else None
         self.theirs, self.ours, self.numbers = {}, {}, {}
         self.phase = self.rate = None
@@ -488,11 +488,16 @@ def address(text):
     return str(ipaddress.ip_address(host)), int(port)
 
 
+def interface(text):
+    return str(ipaddress.IPv4Address(text))
+
+
 def parser():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--endpoint", default=seeds.live.DEFAULT_ENDPOINT, help="public interface of the run")
     parser.add_argument("--exercise", type=int, default=1)
     parser.add_argument("--dis", type=address, default=("127.255.255.255", 3000), metavar="ADDR:PORT", help="data plane of the run")
+    parser.add_argument("--interface", type=interface, default="127.0.0.1", metavar="IP", help="of this host, where --dis is a multicast group [127.0.0.1]")
     parser.add_argument("--site", type=int, default=300, help="DIS site of BlueSky's aircraft")
     parser.add_argument("--elevation", type=float, default=0.0, metavar="M", help="height of the aerodrome: ours fly as much higher in BlueSky")
     parser.add_argument("--host", default="127.0.0.1", help="of the BlueSky server")

@@ -140,6 +140,25 @@ class Rates(unittest.TestCase):
         self.assertEqual(self.state, "HOLD")
 
 
+class Interfaces(unittest.TestCase):
+    def of(self, *more):
+        with unittest.mock.patch.object(bridge, "connected"):
+            socket = bridge.Bridge(bridge.parser().parse_args([*more])).socket
+        self.addCleanup(socket.close)
+        return ".".join(map(str, socket.getsockopt(bridge.socket.IPPROTO_IP, bridge.socket.IP_MULTICAST_IF, 4)))
+
+    def test_a_group_is_sent_to_from_the_interface_that_was_asked_for(self):
+        group = ("--dis", "239.9.1.1:3000")
+        self.assertEqual(self.of(*group), "127.0.0.1")
+        self.assertEqual(self.of(*group, "--interface", "127.0.0.2"), "127.0.0.2")
+
+    def test_what_is_no_address_is_refused(self):
+        for wrong in ("eth0", "::1", "1.2.3"):
+            with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit) as ended:
+                bridge.parser().parse_args(["--interface", wrong])
+            self.assertEqual(ended.exception.code, 2)
+
+
 class Recorded(unittest.TestCase):
     def wire(self, lines):
         with tempfile.NamedTemporaryFile("w", suffix=".jsonl", delete=False) as file:
