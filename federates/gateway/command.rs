@@ -517,6 +517,7 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
             gdl90: feeds.gdl90.clone(),
         },
         exercise,
+        from_begin: launched(),
         patience: patience(),
         endpoint,
     };

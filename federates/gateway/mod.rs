@@ -129,6 +129,8 @@ pub struct Gateway {
     pub(crate) memory: BTreeMap<u16, Memory>,
     alerts: Alerts,
     last: Option<(u32, u64)>,
+    /// It was started with the run: what it does not hear of its begin is lost.
+    from_begin: bool,
     scans_lost: u64,
     refused: BTreeMap<String, u64>,
 }
@@ -161,9 +163,16 @@ impl Gateway {
             memory: BTreeMap::new(),
             alerts: Alerts::default(),
             last: None,
+            from_begin: false,
             scans_lost: 0,
             refused: BTreeMap::new(),
         }
+    }
+
+    /// The same, started with the run: scans before the first that it hears are lost. Of one that joins later they are not.
+    #[must_use]
+    pub fn from_begin(self, is: bool) -> Self {
+        Self { from_begin: is, ..self }
     }
 
     /// Moves all times of day by a constant, so that `time_ns` of the run is `utc_ns`.
@@ -316,8 +325,10 @@ impl Gateway {
                 self.scans_lost += scan.scan - last - 1;
             }
             Some((run, _)) if run == scan.run => {}
-            _ => {
-                self.scans_lost += scan.scan.saturating_sub(1);
+            before => {
+                if before.is_some() || self.from_begin {
+                    self.scans_lost += scan.scan.saturating_sub(1);
+                }
                 self.memory.clear();
                 self.alerts.come_to(scan.run);
             }

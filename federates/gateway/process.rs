@@ -46,6 +46,8 @@ pub struct Task {
     pub exercise: u8,
     /// Every datagram sent, as pcapng.
     pub recording: Option<PathBuf>,
+    /// Started with the run, by its launcher.
+    pub from_begin: bool,
     /// How long to look for an administration station.
     pub patience: Duration,
     /// How it is reached, for messages to people.
@@ -184,7 +186,7 @@ pub fn run(
     let board = Board::new(scene, task.exercise, task.feeds.invent).sending(task.feeds.adsb_from);
     let mut ports = Ports::open(&task.feeds, board)?;
     places(&ports.places());
-    let mut gateway = Gateway::new(scene, task.choice.clone());
+    let mut gateway = Gateway::new(scene, task.choice.clone()).from_begin(task.from_begin);
     let put = |event: Event| inbox.put(event);
     hear_parts(bus, "tracks/1/scan", inbox.taking(|scan| Event::Scan(Arc::new(scan))))?;
     hear(bus, "obs/state", inbox.taking(Event::State))?;
@@ -547,6 +549,7 @@ mod tests {
             hear: Vec::new(),
             exercise: 1,
             recording: None,
+            from_begin: false,
             patience: Duration::from_secs(1),
             endpoint: String::new(),
         }

@@ -142,6 +142,18 @@ fn a_lost_scan_is_counted_and_a_restart_is_not_one() {
     assert_eq!(gateway.scans_lost(), 2);
 }
 
+/// Who joins a run that goes on has lost nothing of what was before; whoever was started with it has.
+#[test]
+fn what_was_before_a_gateway_joined_is_not_lost() {
+    for (from_begin, lost) in [(false, 2), (true, 41)] {
+        let mut gateway = Gateway::new(&scene(), Choice::default()).from_begin(from_begin);
+        for (run, scan) in [(3, 40), (3, 42), (4, 2)] {
+            gateway.on_scan(&ScanReport { run, ..report(scan, vec![], vec![]) });
+        }
+        assert_eq!(gateway.scans_lost(), lost, "{from_begin}");
+    }
+}
+
 #[test]
 fn only_what_is_chosen_goes_out() {
     let number = |r: &Record<'_>| Some(r.category.number);
