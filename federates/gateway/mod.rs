@@ -261,9 +261,17 @@ impl Gateway {
         self.flights.iter().find(by_name).or_else(|| self.flights.iter().find(by_address))
     }
 
+    /// Whether a scan was sent already: an SMDFM that returned tells those again that it made meanwhile.
+    pub(crate) fn knows(&self, scan: &ScanReport) -> bool {
+        self.last.is_some_and(|(run, last)| run == scan.run && scan.scan <= last)
+    }
+
     /// The datagrams of a scan, in the order in which a cycle is sent: starts of cycle, sensors' status, plots, 062, 011,
-    /// end of batch, alerts and stop bars, fusion's status, versions.
+    /// end of batch, alerts and stop bars, fusion's status, versions. None of a scan that was sent already.
     pub fn on_scan(&mut self, scan: &ScanReport) -> Vec<Vec<u8>> {
+        if self.knows(scan) {
+            return Vec::new();
+        }
         self.count_gap(scan);
         self.remember(scan);
         let mut out = Out { packer: Packer::new(DATAGRAM_LIMIT), refused: BTreeMap::new() };
@@ -321,10 +329,9 @@ impl Gateway {
 
     fn count_gap(&mut self, scan: &ScanReport) {
         match self.last {
-            Some((run, last)) if run == scan.run && scan.scan > last => {
-                self.scans_lost += scan.scan - last - 1;
+            Some((run, last)) if run == scan.run => {
+                self.scans_lost += scan.scan.saturating_sub(last + 1);
             }
-            Some((run, _)) if run == scan.run => {}
             before => {
                 if before.is_some() || self.from_begin {
                     self.scans_lost += scan.scan.saturating_sub(1);

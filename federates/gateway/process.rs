@@ -355,6 +355,9 @@ impl<'a> Listening<'a> {
     fn take(&mut self, event: Event) {
         match event {
             Event::Scan(scan) => {
+                if self.gateway.knows(&scan) {
+                    return;
+                }
                 if !self.shifted {
                     let now_ns = utc_ns();
                     self.port.sent.shift_ns = self.gateway.shift_to(scan.time_ns, now_ns);
@@ -638,6 +641,8 @@ mod tests {
             octets.windows(name.len()).any(|w| w == name.as_bytes())
         };
         assert!(has("E19") && !has("ZZ7Q"));
+        listening.take(scan(1));
+        assert_eq!(listening.port.sent.scans, 1, "it was sent already");
         assert_eq!(listening.gateway.flights, std::slice::from_ref(&flight));
         let text = r#"{"time_s":1.5,"movers":[{"callsign":"swr_137h","stand":"ZZ 7Q"}]}"#;
         let said = Latest::default();

@@ -154,6 +154,19 @@ fn what_was_before_a_gateway_joined_is_not_lost() {
     }
 }
 
+/// An SMDFM that returned tells scans again that were sent.
+#[test]
+fn a_scan_that_comes_again_is_not_sent_again() {
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    let mut sent = |run, scan: u64| {
+        let report = report(scan, vec![track(7, scan as i64 * 1_000_000_000)], vec![]);
+        read(&gateway.on_scan(&ScanReport { run, ..report }), |r| r.number(&cat062::I070)).len()
+    };
+    let scans = [(1, 1), (1, 2), (1, 3), (1, 2), (1, 3), (1, 4), (2, 1), (2, 1)];
+    assert_eq!(scans.map(|(run, scan)| sent(run, scan)), [1, 1, 1, 0, 0, 1, 1, 0]);
+    assert_eq!(gateway.scans_lost(), 0);
+}
+
 #[test]
 fn only_what_is_chosen_goes_out() {
     let number = |r: &Record<'_>| Some(r.category.number);
@@ -175,13 +188,13 @@ fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
     let mut gateway = Gateway::new(&scene(), Choice::default());
     gateway.sources.push(Source { sic: 9, kind: SensorKind::Adsb });
     let kt = mode_s::KNOT_MPS;
-    for (velocity_mps, altitude_m, expected) in [
+    for (number, (velocity_mps, altitude_m, expected)) in (1..).zip([
         // 15 kt to the west; standing; in the air; unknown.
         (Some([-15.0 * kt, 0.0]), None, Some(vec![0.0, 1.0, 1.0, 0.0, 15.0, 270.0])),
         (Some([0.0, 0.0]), None, Some(vec![1.0, 0.0, 0.0, 0.0, 0.0])),
         (Some([-15.0 * kt, 0.0]), Some(300.0), None),
         (None, None, None),
-    ] {
+    ]) {
         let plot = PlotMessage {
             kind: SensorKind::Adsb,
             velocity_mps,
@@ -190,7 +203,7 @@ fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
             scnr_db: None,
             ..plot(9, 500_000_000)
         };
-        let sent = gateway.on_scan(&report(1, vec![], vec![plot]));
+        let sent = gateway.on_scan(&report(number, vec![], vec![plot]));
         let vector = |r: &Record<'_>| {
             let field = r.get(&asterix::cat021::RE)?;
             let values = field.subitems().flat_map(|s| s.values());
