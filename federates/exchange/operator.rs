@@ -23,8 +23,13 @@ pub enum ClientError {
     Codec(#[from] CodecError),
 }
 
+/// How long a state may take to be reached before the operator is told that it takes longer.
+const REACH_WITHIN: Duration = Duration::from_secs(10);
+/// How long a station may take to say how the run stands.
+const SAY_WITHIN: Duration = Duration::from_secs(1);
+
 /// Sends a command and waits until its state is reached; `source` (`terminal`, `page`) goes into the
-/// log of operations.
+/// log of operations. What takes longer than ten seconds goes on, and the answer says so: it is not `ok`.
 ///
 /// # Errors
 /// [`ClientError`], one sentence each.
@@ -34,9 +39,27 @@ pub fn command(
     source: &str,
     command: Command,
 ) -> Result<Answer, ClientError> {
-    let order = OperatorCommand { source: source.to_owned(), command };
-    let answer = ask(bus, "ctl/command", encode(&order), Duration::from_secs(10))?;
-    Ok(decode(&answer.ok_or_else(|| ClientError::Nobody(endpoint.to_owned()))?)?)
+    command_within(bus, (endpoint, source), command, REACH_WITHIN)
+}
+
+fn command_within(
+    bus: &dyn Bus,
+    (endpoint, source): (&str, &str),
+    command: Command,
+    within: Duration,
+) -> Result<Answer, ClientError> {
+    let asked = |command, within| -> Result<Option<Answer>, ClientError> {
+        let order = OperatorCommand { source: source.to_owned(), command };
+        let answer = ask(bus, "ctl/command", encode(&order), within)?;
+        Ok(answer.as_deref().map(decode).transpose()?)
+    };
+    if let Some(answer) = asked(command, within)? {
+        return Ok(answer);
+    }
+    let stands = asked(Command::Status, SAY_WITHIN)?;
+    let stands = stands.ok_or_else(|| ClientError::Nobody(endpoint.to_owned()))?;
+    let text = format!("not reached within {} s; it goes on: {}", within.as_secs(), stands.text);
+    Ok(Answer { ok: false, text, ..stands })
 }
 
 /// Does something at a controller's seat, through the member `visitors`.
@@ -179,7 +202,40 @@ pub fn table(statistics: &serde_json::Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runtime::bus::Request;
+    use crate::runtime::local_bus::LocalHub;
+    use crate::runtime::messages::RunState;
     use serde_json::json;
+    use std::sync::Mutex;
+
+    /// A station that is there and has not got where it was told to, and none.
+    #[test]
+    fn a_command_that_takes_long_is_told_from_a_station_that_is_not_there() {
+        let hub = LocalHub::default();
+        let member = hub.join();
+        let give = |within| {
+            let whom = ("tcp/127.0.0.1:7447", "terminal");
+            command_within(&member, whom, Command::Step { n: 1000 }, within)
+        };
+        let within = Duration::from_millis(20);
+        assert!(matches!(give(within), Err(ClientError::Nobody(_))));
+        let station = hub.join();
+        let waits = Mutex::new(Vec::new());
+        let serve = move |request: Request| {
+            let order: OperatorCommand = decode(&request.body).expect("an order");
+            if order.command == Command::Status {
+                let text = "RUNNING at frame 340 of 18000".to_owned();
+                let state = RunState { frame: 340, ..RunState::default() };
+                request.answer(encode(&Answer { ok: true, text, state }));
+            } else {
+                waits.lock().expect("unbroken").push(request);
+            }
+        };
+        station.serve("ctl/command", Box::new(serve)).expect("served");
+        let answer = give(within).expect("a station");
+        let text = "not reached within 0 s; it goes on: RUNNING at frame 340 of 18000";
+        assert_eq!((answer.ok, &answer.text[..], answer.state.frame), (false, text, 340));
+    }
 
     #[test]
     fn the_status_lists_measures_of_tracks_and_then_those_of_the_traffic() {
