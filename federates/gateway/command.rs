@@ -197,9 +197,8 @@ impl FeedArgs {
         for (flag, address) in addresses {
             line.extend(address.into_iter().flat_map(|a| [flag.to_owned(), a.to_string()]));
         }
-        if self.adsb_from == Some(AdsbFrom::Reports) {
-            line.extend(["--adsb-from".to_owned(), "reports".to_owned()]);
-        }
+        // The default, too, where it was said: the scene may say otherwise.
+        line.extend(self.adsb_from.iter().flat_map(|from| ["--adsb-from".to_owned(), word(from)]));
         for address in &self.flightgear {
             line.extend(["--flightgear".to_owned(), address.to_string()]);
         }
@@ -265,6 +264,11 @@ pub enum Clock {
     Scene,
     /// The first message carries the host's time, the others follow
     Wall,
+}
+
+/// A value as it is said on the command line.
+fn word(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
 }
 
 fn category(text: &str) -> Result<u8, String> {
@@ -418,15 +422,12 @@ impl AsterixArgs {
             line.extend(["--asterix".to_owned(), list.join(",")]);
         }
         for what in &self.asterix_send {
-            let word = what.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
-            line.extend(["--asterix-send".to_owned(), word]);
+            line.extend(["--asterix-send".to_owned(), word(what)]);
         }
         for number in &self.asterix_cat {
             line.extend(["--asterix-cat".to_owned(), number.to_string()]);
         }
-        if self.asterix_time == Some(Clock::Wall) {
-            line.extend(["--asterix-time".to_owned(), "wall".to_owned()]);
-        }
+        line.extend(self.asterix_time.iter().flat_map(|c| ["--asterix-time".to_owned(), word(c)]));
         if let Some(file) = &self.asterix_record {
             line.extend(["--asterix-record".to_owned(), file.display().to_string()]);
         }
@@ -618,14 +619,17 @@ mod tests {
     /// What a gateway would do: where it sends, what, where it hears, and its ports.
     fn does(flags: &[&str], scene: &str) -> String {
         let Line { asterix, network } = line(flags);
-        let all = asterix.over(&external(scene));
+        told(&asterix.over(&external(scene)), &network)
+    }
+
+    fn told(all: &AsterixArgs, network: &NetworkArgs) -> String {
         let feeds = &all.feeds;
         format!(
             "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
-            all.links(&network).expect("addresses"),
+            all.links(network).expect("addresses"),
             all.choice(),
             all.asterix_time == Some(Clock::Wall),
-            all.heard(&network).expect("addresses"),
+            all.heard(network).expect("addresses"),
             feeds.beast,
             feeds.sbs,
             feeds.http,
@@ -715,6 +719,40 @@ mod tests {
         assert!(asterix.over(&external("")).check(&network, 1.0).is_err());
         let Line { asterix, network } = line(&["--asterix-from", "10.0.0.8"]);
         assert!(asterix.over(&external(to)).check(&network, 1.0).is_err());
+    }
+
+    /// `seeds run` reads flags and scene and starts a gateway, which reads the scene again.
+    #[test]
+    fn the_process_that_is_started_does_what_its_launcher_was_told() {
+        let scene = "asterix = [{ to = \"239.9.1.1:8600\" }]\nasterix_in = [{ listen = \"239.9.1.2:8601\" }]\n\
+            send = [\"tracks\"]\ncategories = [62]\ntime = \"wall\"\nhttp = \"127.0.0.1:5\"\n\
+            adsb = { beast = \"127.0.0.1:6\", sbs = \"127.0.0.1:7\", from = \"reports\" }\npublic = \"tcp/127.0.0.1:8\"";
+        let flags: [&[&str]; 12] = [
+            &[],
+            &["--asterix-time", "scene"],
+            &["--asterix-time", "wall"],
+            &["--adsb-from", "truth"],
+            &["--adsb-from", "reports"],
+            &["--asterix", "10.0.0.1:1,10.0.0.2:1", "--asterix-in", "127.0.0.1:1"],
+            &["--asterix-send", "sensors,status", "--asterix-cat", "10,62"],
+            &["--asterix-from", "10.0.0.8", "--asterix-reference", "-47,8.5,3"],
+            &["--beast", "127.0.0.1:1", "--sbs", "127.0.0.1:2", "--http", "127.0.0.1:3"],
+            &["--public=tcp/127.0.0.1:4", "--public-read-only"],
+            &["--no-public"],
+            &["--asterix-time", "scene", "--adsb-from", "truth", "--adsb-invent"],
+        ];
+        for (flags, scene) in flags.into_iter().flat_map(|f| [(f, ""), (f, scene)]) {
+            let Line { asterix, network } = line(flags);
+            let scene = external(scene);
+            let launcher = asterix.over(&scene);
+            let words = launcher.arguments();
+            let started = line(&words.iter().map(String::as_str).collect::<Vec<_>>()).asterix;
+            assert_eq!(
+                told(&started.over(&scene), &network),
+                told(&launcher, &network),
+                "{words:?}"
+            );
+        }
     }
 
     #[test]
