@@ -2,6 +2,9 @@
 
 use crate::value::DAY_S;
 
+/// A day, ns.
+const DAY_NS: i64 = 86_400_000_000_000;
+
 /// Turns times of day, as they arrive, into seconds that go on over midnight.
 ///
 /// A time that lies more than half a day before the latest one is of the next day; one that lies more than half a day
@@ -34,7 +37,13 @@ impl Unwrap {
 /// Time of day of an instant, seconds since midnight UTC, from nanoseconds since 1970.
 #[must_use]
 pub fn of_day_s(unix_ns: i64) -> f64 {
-    unix_ns.rem_euclid(86_400_000_000_000) as f64 / 1e9
+    unix_ns.rem_euclid(DAY_NS) as f64 / 1e9
+}
+
+/// The instant nearest to `near_ns` that is `of_day_ns` after some midnight; both in nanoseconds since one.
+#[must_use]
+pub fn of_some_day_ns(of_day_ns: i64, near_ns: i64) -> i64 {
+    near_ns + (of_day_ns - near_ns + DAY_NS / 2).rem_euclid(DAY_NS) - DAY_NS / 2
 }
 
 #[cfg(test)]
@@ -62,6 +71,20 @@ mod tests {
         );
         assert_eq!(Unwrap::near(3.0 * day - 1.0).seconds(2.0), 3.0 * day + 2.0);
         assert_eq!(Unwrap::near(3.0 * day + 1.0).seconds(86_399.0), 3.0 * day - 1.0);
+    }
+
+    #[test]
+    fn a_time_of_day_is_of_the_nearest_day() {
+        let (day, hour) = (DAY_NS, DAY_NS / 24);
+        for (of_day, near, expected) in [
+            (hour, 2 * hour, hour),
+            (hour, 23 * hour, day + hour),
+            (23 * hour, day + hour, 23 * hour),
+            (11 * hour, 5 * day, 5 * day + 11 * hour),
+            (13 * hour, 5 * day, 4 * day + 13 * hour),
+        ] {
+            assert_eq!(of_some_day_ns(of_day, near), expected);
+        }
     }
 
     #[test]

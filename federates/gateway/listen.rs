@@ -1,14 +1,14 @@
 //! Tracks of somebody's tracker as they come: ASTERIX from the network, placed in the airport's plane and told to the federation.
 //!
 //! They change nothing: the log keeps them beside our own. A thread takes datagrams; what comes faster than they are read is
-//! dropped and counted, and so is what is damaged, by reason.
+//! dropped and counted, and so is what is damaged, by reason. A time of day is of the day nearest to the last scan.
 
 use super::Gateway;
 use super::foreign::{ForeignPlace, ForeignTrack, track};
 use crate::runtime::messages::ForeignReport;
 use anyhow::Context;
 use asterix::blocks;
-use asterix::time::{Unwrap, of_day_s};
+use asterix::time::of_some_day_ns;
 use crossbeam_channel::{Receiver, TrySendError, bounded};
 use datalink::LinkConfig;
 use geodesy::{Enu, Geodetic, LocalFrame};
@@ -24,6 +24,8 @@ const WAITING: usize = 1024;
 const AT_ONCE: usize = 256;
 /// Farther than this from the reference point nothing belongs to an airport, m.
 const FARTHEST_M: f64 = 100_000.0;
+/// Farther than this from the last scan in time nothing belongs to a run, ns.
+const FARTHEST_NS: i64 = 3_600_000_000_000;
 
 /// A stream of somebody's tracks.
 #[derive(Clone, Debug)]
@@ -48,7 +50,6 @@ pub struct ForeignEar {
     take: Receiver<Arrived>,
     lost: Arc<AtomicU64>,
     ends: Arc<AtomicBool>,
-    days: Option<Unwrap>,
     /// Of each stream.
     references: Vec<Option<LocalFrame>>,
     refused: BTreeMap<String, u64>,
@@ -89,7 +90,7 @@ impl ForeignEar {
                 }
             })?;
         }
-        Ok(Self { take, lost, ends, days: None, references, refused: BTreeMap::new(), reports: 0 })
+        Ok(Self { take, lost, ends, references, refused: BTreeMap::new(), reports: 0 })
     }
 
     /// Reports that were read so far, and what was not, by reason.
@@ -140,8 +141,8 @@ impl ForeignEar {
                     Ok(record) => {
                         if let Some(heard) = track(&record) {
                             match self.placed(gateway, came, heard) {
-                                Some(report) => out.push(report),
-                                None => self.refuse("position out of 100 km"),
+                                Ok(report) => out.push(report),
+                                Err(reason) => self.refuse(reason),
                             }
                         }
                     }
@@ -168,12 +169,13 @@ impl ForeignEar {
         }
     }
 
+    /// In the airport's plane and in the time of the run, or why not.
     fn placed(
-        &mut self,
+        &self,
         gateway: &Gateway,
         (stream, received_ns): (usize, i64),
         heard: ForeignTrack,
-    ) -> Option<ForeignReport> {
+    ) -> Result<ForeignReport, &'static str> {
         let position_m = match heard.place {
             ForeignPlace::Local(place) => self.about_reference(gateway, stream, place),
             ForeignPlace::Polar([range_m, azimuth_deg]) => {
@@ -197,16 +199,18 @@ impl ForeignEar {
             }
         };
         if !(libm::hypot(position_m[0], position_m[1]) <= FARTHEST_M) {
-            return None;
+            return Err("position out of 100 km");
         }
-        let start_s = of_day_s(gateway.utc_ns(0));
-        let days = self.days.get_or_insert_with(|| Unwrap::near(start_s));
-        let time_s = days.seconds(heard.of_day_s) - start_s;
+        let near_ns = gateway.utc_ns(gateway.last_ns);
+        let off_ns = of_some_day_ns((heard.of_day_s * 1e9).round() as i64, near_ns) - near_ns;
+        if off_ns.abs() > FARTHEST_NS {
+            return Err("time more than an hour from the run's");
+        }
         let (sac, sic) = heard.source;
-        Some(ForeignReport {
+        Ok(ForeignReport {
             source: format!("{sac}/{sic}"),
             track: heard.number,
-            time_ns: (time_s * 1e9) as i64,
+            time_ns: gateway.last_ns + off_ns,
             position_m: position_m.into(),
             velocity_mps: heard.velocity_mps,
             callsign: heard.label,
@@ -227,6 +231,7 @@ impl Drop for ForeignEar {
 mod tests {
     use super::*;
     use crate::gateway::Choice;
+    use asterix::time::of_day_s;
     use asterix::{Packer, cat062};
     use models::frames::Point2;
 
@@ -297,6 +302,40 @@ mod tests {
             let far = polar(theirs.east_m, theirs.north_m, 0.0);
             assert!(heard((7, sic), far, Some(other)) < 0.05, "{name}: from the reference");
         }
+    }
+
+    /// Whatever one sender has for a clock, or sends by mistake, the tracks of all others keep their day; who is an hour off is refused.
+    #[test]
+    fn one_clock_that_is_wrong_moves_nobody_elses_day() {
+        let mut scene =
+            scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
+        scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 7200 * 1_000_000_000; // 22:00
+        let mut gateway = Gateway::new(&scene, Choice::default());
+        let mut ear = ForeignEar::open(&[]).expect("nothing to open");
+        let mut times = |gateway: &Gateway, of_day_s: &[f64]| -> Vec<i64> {
+            let mut out = Vec::new();
+            for of_day_s in of_day_s {
+                ear.read(gateway, (0, 5), &system_track(12, *of_day_s, [0.0, 0.0]), &mut out);
+            }
+            out.iter().map(|r| r.time_ns / 1_000_000_000).collect()
+        };
+        // At ten o'clock, and from a clock half a day and one a whole afternoon off, again and again.
+        let wrong = [36_000.0, 72_000.0, 20_000.0, 60_000.0, 10_000.0, 50_000.0];
+        assert!(times(&gateway, &wrong).is_empty());
+        assert_eq!(times(&gateway, &[79_201.0, 82_799.0, 82_802.0, 75_601.0]), [1, 3599, -3599]);
+        // Two hours and a half later it is another day.
+        let time_ns = 9000 * 1_000_000_000;
+        let scan = crate::runtime::messages::ScanReport {
+            run: 1,
+            scan: 9000,
+            time_ns,
+            ..Default::default()
+        };
+        gateway.on_scan(&scan);
+        assert_eq!(times(&gateway, &[1801.0, 86_399.0, 79_201.0]), [9001, 7199]);
+        let (_, refused) = ear.counted();
+        let reason = "foreign: time more than an hour from the run's".to_owned();
+        assert_eq!(refused, [(reason, 8)]);
     }
 
     #[test]

@@ -129,6 +129,8 @@ pub struct Gateway {
     pub(crate) memory: BTreeMap<u16, Memory>,
     alerts: Alerts,
     last: Option<(u32, u64)>,
+    /// End of the last scan, ns.
+    pub(crate) last_ns: i64,
     /// It was started with the run: what it does not hear of its begin is lost.
     from_begin: bool,
     scans_lost: u64,
@@ -163,6 +165,7 @@ impl Gateway {
             memory: BTreeMap::new(),
             alerts: Alerts::default(),
             last: None,
+            last_ns: 0,
             from_begin: false,
             scans_lost: 0,
             refused: BTreeMap::new(),
@@ -341,6 +344,7 @@ impl Gateway {
             }
         }
         self.last = Some((scan.run, scan.scan));
+        self.last_ns = scan.time_ns;
     }
 
     /// Which plots fed which track, and when.

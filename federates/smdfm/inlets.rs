@@ -7,6 +7,7 @@
 use super::foreign_plot::{Height, Place, Reading, reading};
 use crate::exchange::asterix_file;
 use crate::exchange::stamp::StampedPlots;
+use asterix::time::of_some_day_ns;
 use asterix::{Record, blocks};
 use geodesy::{Geodetic, LocalFrame};
 use models::environment::Weather;
@@ -31,12 +32,6 @@ const AHEAD_NS: i64 = 500_000_000;
 const LEAST_SIGMA_M: f64 = 0.15;
 /// A day, ns.
 const DAY_NS: i64 = 86_400_000_000_000;
-
-/// The time nearest to `near_ns` that is `of_day_ns` of some day.
-fn of_some_day(of_day_ns: i64, near_ns: i64) -> i64 {
-    near_ns + (of_day_ns - near_ns + DAY_NS / 2).rem_euclid(DAY_NS) - DAY_NS / 2
-}
-
 /// A sensor that looks at nothing: its plots come from outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Elsewhere {
@@ -158,7 +153,7 @@ impl Inlets {
             each_record(&piece.octets, refused, |record, refused| {
                 let inlet = &mut *inlet;
                 let time_ns = |of_day_ns: i64, inlet: &mut Inlet| {
-                    let day_ns = of_some_day(of_day_ns, latest_ns);
+                    let day_ns = of_some_day_ns(of_day_ns, latest_ns);
                     latest_ns = latest_ns.max(day_ns);
                     let time_ns = day_ns - inlet.start_ns;
                     time_ns + inlet.shift(-time_ns)
@@ -183,7 +178,7 @@ impl Inlets {
             let time_ns = |of_day_ns: i64, inlet: &mut Inlet| {
                 // The day that is nearest to the arrival.
                 let near_ns = inlet.start_ns + arrived_ns;
-                let time_ns = of_some_day(of_day_ns, near_ns) - inlet.start_ns;
+                let time_ns = of_some_day_ns(of_day_ns, near_ns) - inlet.start_ns;
                 time_ns + inlet.shift(arrived_ns - time_ns)
             };
             let ahead = |time: SimTime| time.0 > arrived_ns + AHEAD_NS;
