@@ -8,6 +8,7 @@ pub mod command;
 mod look_ahead;
 mod people;
 mod seats;
+mod standing;
 
 use crate::exchange::control_records::{Light, Lights, Teller};
 use crate::exchange::driven;
@@ -41,6 +42,7 @@ use models::traffic::network::{Network, code_of_span};
 use scenarios::Scene;
 use seats::Seats;
 use serde_json::json;
+use standing::Standing;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -67,6 +69,7 @@ pub struct Control {
     /// Controllers' seats, where they clear.
     seats: Option<Seats>,
     alerts: Repeated<AlertMessage>,
+    standing: Standing,
     seat_events: Repeated<SeatMessage>,
 }
 
@@ -107,6 +110,7 @@ impl Control {
             teller: Teller { exercise, site: scene.run.site },
             seats: None,
             alerts: Repeated::default(),
+            standing: Standing::default(),
             seat_events: Repeated::default(),
             net,
             scene,
@@ -432,7 +436,9 @@ impl Federate for Control {
             self.digest.add(frame, &encode(&told));
         }
         for message in told {
-            self.alerts.tell(AlertMessage { number: self.alerts.next(), ..message });
+            let message = AlertMessage { number: self.alerts.next(), ..message };
+            self.standing.take(&message);
+            self.alerts.tell(message);
         }
         let message = |key: &str, body: Vec<u8>| Publication {
             key: key.into(),
@@ -440,7 +446,11 @@ impl Federate for Control {
             body,
             retained: None,
         };
-        out.publish.extend(self.alerts.scan().map(|m| message("control/1/alerts", encode(&m))));
+        if let Some(again) = self.alerts.scan() {
+            let told = message("control/1/alerts", encode(&self.standing.before(again)));
+            out.publish
+                .push(Publication { retained: Some("control/1/alerts/last".into()), ..told });
+        }
         if let Some(seats) = &mut self.seats {
             let events = seats.scan(frame, now, &self.net, &self.board, out);
             if !events.is_empty() {

@@ -8,7 +8,7 @@ use crate::runtime::messages::{AlertMessage, ScanReport};
 use asterix::{EncodeError, Packer, cat004, cat011};
 use models::control::alert::{Change, Stage};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Message type of category 004: end of conflict.
 const END_OF_CONFLICT: u8 = 17;
@@ -29,6 +29,15 @@ pub(crate) struct Alerts {
     lit: Vec<bool>,
     /// Some bar changed since the last cycle.
     changed: bool,
+}
+
+/// Of what was told of alerts what is still so: whoever joins begins with no alert that has ended.
+#[must_use]
+pub fn still_standing(mut told: Vec<AlertMessage>) -> Vec<AlertMessage> {
+    let over = |message: &&AlertMessage| message.change == Change::Ended;
+    let over: BTreeSet<u32> = told.iter().filter(over).map(|message| message.id).collect();
+    told.retain(|message| !over.contains(&message.id));
+    told
 }
 
 /// What a track's record says of the alert that it is in.

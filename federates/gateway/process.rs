@@ -1,14 +1,15 @@
 //! The gateway on a bus: joins as a spectator, listens, sends, and leaves with the run.
 
+use super::alerts::still_standing;
 use super::board::Board;
 use super::listen::{ForeignEar, HeardLink};
 use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
 use crate::exchange::stands::Stands;
 use crate::federation::GATEWAY as NAME;
-use crate::runtime::bus::{Bus, Class, ask, hear_parts, watch_stations};
+use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts, watch_stations};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
-use crate::runtime::codec::encode;
+use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
     AlertMessage, FederateStatus, FlightNotice, Kind, Numbered, Operation, Report, RunState,
@@ -220,6 +221,7 @@ pub fn run(
     if let Some(octets) = ask(bus, "control/1/lights/last", Vec::new(), LIGHTS_WITHIN)? {
         put_last(&octets);
     }
+    ask_for_alerts(bus, inbox)?;
     let mut listening = Listening::new(&mut gateway, &mut port, &mut ports);
     (listening.ear, listening.shifted) = (ear, !task.wall);
     listening.layout =
@@ -238,6 +240,16 @@ pub fn run(
         tracing::warn!("{count} records were not written: {reason}");
     }
     Ok(Some(port.sent))
+}
+
+/// Asks for the alerts that stand.
+fn ask_for_alerts(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
+    if let Some(octets) = ask(bus, "control/1/alerts/last", Vec::new(), LIGHTS_WITHIN)?
+        && let Ok(told) = decode(&octets)
+    {
+        inbox.put(Event::Alerts(still_standing(told)));
+    }
+    Ok(())
 }
 
 /// Times of day follow the wall clock at rate 1 only.
@@ -658,5 +670,36 @@ mod tests {
         assert_eq!(listening.gateway.flights, [given]);
         listening.port.close();
         std::fs::remove_file(&file).ok();
+    }
+
+    /// What control told last is asked for once, and what has ended of it is nobody's who joins now.
+    #[test]
+    fn alerts_that_stand_are_asked_for_at_the_start() {
+        use crate::runtime::bus::Request;
+        use crate::runtime::local_bus::LocalHub;
+        use models::control::alert::{AlertKind, Change, Stage};
+        let alert = |id, change| AlertMessage {
+            run: 1,
+            time_ns: 0,
+            change,
+            id,
+            kind: AlertKind::RunwayOpposite,
+            stage: Stage::Alarm,
+            subjects: "7".into(),
+            since_ns: 0,
+            asterix: 11,
+            place_m: Point2::new(0.0, 0.0),
+            number: id.into(),
+        };
+        let told = [alert(1, Change::Raised), alert(2, Change::Ended), alert(3, Change::Changed)];
+        let hub = LocalHub::default();
+        let (control, octets) = (hub.join(), encode(&told.to_vec()));
+        let answer = move |request: Request| request.answer(octets.clone());
+        control.serve("control/1/alerts/last", Box::new(answer)).expect("served");
+        let inbox = Inbox::default();
+        ask_for_alerts(&hub.join(), &inbox).expect("asked");
+        let heard = inbox.receive.try_recv();
+        let Ok(Event::Alerts(heard)) = heard else { panic!("{heard:?}") };
+        assert_eq!(heard, [told[0].clone(), told[2].clone()]);
     }
 }

@@ -351,6 +351,17 @@ fn alerts_of_a_run_end_with_it() {
     assert_eq!(said(2, 1, &[]), 0, "another run");
     assert_eq!(said(2, 2, told), 0, "told again, late");
     assert_eq!(said(2, 3, &[AlertMessage { run: 2, ..raised.clone() }]), 2, "its own");
+    // Who joins is told what was told of late, and begins with what stands of it.
+    let of = |id, change| AlertMessage { id, change, ..raised.clone() };
+    let told = [
+        of(1, Change::Raised),
+        of(2, Change::Raised),
+        of(1, Change::Changed),
+        of(2, Change::Ended),
+        of(3, Change::Ended),
+    ];
+    let kept = alerts::still_standing(told.to_vec());
+    assert_eq!(kept, [told[0].clone(), told[2].clone()]);
 }
 
 /// Squitters of what ADS-B sensors were told: with its error, gone on in a straight line, and nobody whom no sensor heard lately.

@@ -94,7 +94,14 @@ const ROLES: [Role; 12] = [
         says: &["fed/{n}$*", "beat/{n}$*", "obs/fed/{n}$*", "obs/foreign"],
         serves: &[],
         hears: &["obs/**", "tracks/**", "control/**"],
-        asks: &["ctl/join", "obs/**", "tracks/**", "flights/**", "visitors/*/handover"],
+        asks: &[
+            "ctl/join",
+            "obs/**",
+            "tracks/**",
+            "control/**",
+            "flights/**",
+            "visitors/*/handover",
+        ],
     },
     Role {
         names: &["operator"],
@@ -293,6 +300,12 @@ mod tests {
             who(&list, "query", "seeds/7/ctl/command"),
             ["admin-station", "admin-station-standby", "operator", "viewer-logger"]
         );
+        // Lights and alerts of before, by whoever joins late.
+        for key in ["control/1/lights/last", "control/1/alerts/last"] {
+            let key = format!("seeds/7/{key}");
+            assert_eq!(who(&list, "query", &key), ["gateway", "viewer-logger"], "{key}");
+            assert_eq!(who(&list, "reply", &key), ["control"], "{key}");
+        }
         let station = who(&list, "query", "seeds/7/agent/do");
         assert_eq!(station, ["admin-station", "admin-station-standby"], "who starts processes");
         assert_eq!(who(&list, "reply", "seeds/7/agent/do"), ["agent"]);

@@ -11,7 +11,7 @@ use super::server::{Operate, Page, Server, serve};
 use crate::exchange::operator;
 use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts, watch_stations};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
-use crate::runtime::codec::encode;
+use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{Command, FederateStatus, Kind, Numbered, Report, ScanReport};
 use crate::runtime::process::{Usage, host_name};
@@ -215,6 +215,11 @@ fn last_values(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
         {
             inbox.heard(Heard::Said(topic, text));
         }
+    }
+    if let Some(octets) = ask(bus, "control/1/alerts/last", Vec::new(), LIGHTS_WITHIN)?
+        && let Ok(alerts) = decode(&octets)
+    {
+        inbox.heard(Heard::Alerts(alerts));
     }
     Ok(())
 }

@@ -2,9 +2,11 @@ use super::*;
 use crate::runtime::bus::Request;
 use crate::runtime::local_bus::LocalHub;
 use crate::runtime::messages::Welcome;
-use crate::runtime::messages::{Accepted, Answer, Operation, Outcome, RunState};
+use crate::runtime::messages::{Accepted, AlertMessage, Answer, Operation, Outcome, RunState};
 use crate::viewer_logger::log::tests::Folder;
 use crate::viewer_logger::tests::{scan, weather};
+use models::control::alert::{AlertKind, Change, Stage};
+use models::frames::Point2;
 use std::path::Path;
 use std::thread;
 
@@ -144,4 +146,30 @@ fn a_full_inbox_loses_and_counts_but_never_blocks() {
         inbox.datagrams(vec![one.clone()]);
     }
     assert_eq!(inbox.lost.load(Ordering::Relaxed), 10);
+}
+
+#[test]
+fn alerts_that_stand_are_asked_for_at_the_start() {
+    let told = vec![AlertMessage {
+        run: 1,
+        time_ns: 0,
+        change: Change::Raised,
+        id: 5,
+        kind: AlertKind::RunwayOpposite,
+        stage: Stage::Alarm,
+        subjects: "7".into(),
+        since_ns: 0,
+        asterix: 11,
+        place_m: Point2::origin(),
+        number: 9,
+    }];
+    let hub = LocalHub::default();
+    let (control, octets) = (hub.join(), encode(&told));
+    let answer = move |request: Request| request.answer(octets.clone());
+    control.serve("control/1/alerts/last", Box::new(answer)).expect("served");
+    let inbox = Inbox::default();
+    last_values(&hub.join(), &inbox).expect("asked");
+    let heard = inbox.receive.try_recv();
+    let Ok(Event::Heard(Heard::Alerts(heard))) = heard else { panic!("no alerts") };
+    assert_eq!(heard, told);
 }
