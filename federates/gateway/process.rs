@@ -223,7 +223,7 @@ pub fn run(
     }
     ask_for_alerts(bus, inbox)?;
     let mut listening = Listening::new(&mut gateway, &mut port, &mut ports);
-    (listening.ear, listening.shifted) = (ear, !task.wall);
+    (listening.ear, listening.shifted, listening.wall) = (ear, !task.wall, task.wall);
     listening.layout =
         scene.airport.layout.stands.iter().map(|s| (s.name.clone(), s.position_m)).collect();
     listening.until_the_end(bus, inbox, &joined);
@@ -271,6 +271,9 @@ struct Listening<'a> {
     ports: &'a mut Ports,
     ear: Option<ForeignEar>,
     shifted: bool,
+    /// Times of day are the host's, and the rate at which they ceased to be.
+    wall: bool,
+    off_wall: Option<f64>,
     state: RunState,
     refused: Option<NotAtWallRate>,
     /// Stands that flights have now.
@@ -292,6 +295,8 @@ impl<'a> Listening<'a> {
             ports,
             ear: None,
             shifted: true,
+            wall: false,
+            off_wall: None,
             state: RunState::default(),
             refused: None,
             stands: Stands::default(),
@@ -392,9 +397,12 @@ impl<'a> Listening<'a> {
                 self.ports.on_scan(&scan);
             }
             Event::State(state) => {
-                if !self.shifted && !at_wall_rate(&state) {
-                    self.refused = Some(NotAtWallRate(state.rate));
-                    return;
+                if self.wall && !at_wall_rate(&state) {
+                    if !self.shifted {
+                        self.refused = Some(NotAtWallRate(state.rate));
+                        return;
+                    }
+                    self.off_wall = Some(state.rate);
                 }
                 self.ports.on_state(&state);
                 self.state = state;
@@ -440,7 +448,11 @@ impl<'a> Listening<'a> {
     }
 
     fn status(&self, usage: &Usage, name: &str) -> FederateStatus {
-        let (counts, alarms) = self.ports.told();
+        let (counts, mut alarms) = self.ports.told();
+        // What is off stays off: the times go on from where they were.
+        alarms.extend(self.off_wall.map(|rate| {
+            format!("sends times of day that are not the host's any more: the run went at rate {rate}, and --asterix-time wall follows it at rate 1 only")
+        }));
         let (heard, foreign) = self.ear.as_ref().map(ForeignEar::counted).unwrap_or_default();
         let refused = self.gateway.refused().iter().map(|(reason, n)| (reason.clone(), *n));
         FederateStatus {
@@ -612,9 +624,17 @@ mod tests {
             let mut ports =
                 Ports::open(&task.feeds, Board::new(&scene, 1, false)).expect("nothing");
             let mut listening = Listening::new(&mut gateway, &mut port, &mut ports);
-            listening.shifted = !wall;
+            (listening.shifted, listening.wall) = (!wall, wall);
             listening.take(Event::State(RunState { rate, ..RunState::default() }));
             assert_eq!(listening.refused, refused.then_some(NotAtWallRate(rate)), "{wall} {rate}");
+            // Once times of day are told, another rate ends nothing: it is an alarm from then on.
+            (listening.refused, listening.shifted) = (None, true);
+            for rate in [1.0, rate, 1.0] {
+                listening.take(Event::State(RunState { rate, ..RunState::default() }));
+            }
+            let alarms = listening.status(&Usage::default(), NAME).alarms;
+            let said = alarms.iter().any(|a| a.contains(&format!("went at rate {rate},")));
+            assert_eq!((listening.refused, said, alarms.len()), (None, refused, refused.into()));
         }
     }
 
