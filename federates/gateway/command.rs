@@ -155,14 +155,19 @@ pub struct FeedArgs {
 }
 
 impl FeedArgs {
-    fn asked(&self) -> bool {
-        self.beast.is_some()
-            || self.sbs.is_some()
-            || self.http.is_some()
-            || self.public.is_some()
-            || self.public_read_only
-            || !self.flightgear.is_empty()
-            || !self.gdl90.is_empty()
+    /// Flags that ask for a gateway.
+    fn given(&self) -> impl Iterator<Item = &'static str> {
+        [
+            (self.beast.is_some(), "--beast"),
+            (self.sbs.is_some(), "--sbs"),
+            (self.http.is_some(), "--http"),
+            (self.public.is_some(), "--public"),
+            (self.public_read_only, "--public-read-only"),
+            (!self.flightgear.is_empty(), "--flightgear"),
+            (!self.gdl90.is_empty(), "--gdl90"),
+        ]
+        .into_iter()
+        .filter_map(|(given, flag)| given.then_some(flag))
     }
 
     /// Where clients connect: what was asked for, else (`false`) the place that a gateway has by itself.
@@ -282,7 +287,18 @@ impl AsterixArgs {
     /// Whether a gateway is asked for.
     #[must_use]
     pub fn asked(&self) -> bool {
-        self.sends() || self.hears() || self.asterix_record.is_some() || self.feeds.asked()
+        self.sends() || self.hears() || self.given().next().is_some()
+    }
+
+    /// Flags that ask for a gateway.
+    pub fn given(&self) -> impl Iterator<Item = &'static str> {
+        let own = [
+            (!self.asterix.is_empty(), "--asterix"),
+            (!self.asterix_in.is_empty(), "--asterix-in"),
+            (self.asterix_record.is_some(), "--asterix-record"),
+        ];
+        let own = own.into_iter().filter_map(|(given, flag)| given.then_some(flag));
+        own.chain(self.feeds.given())
     }
 
     fn sends(&self) -> bool {
@@ -719,6 +735,23 @@ mod tests {
         assert!(asterix.over(&external("")).check(&network, 1.0).is_err());
         let Line { asterix, network } = line(&["--asterix-from", "10.0.0.8"]);
         assert!(asterix.over(&external(to)).check(&network, 1.0).is_err());
+    }
+
+    #[test]
+    fn flags_that_ask_for_a_gateway_are_named() {
+        for (flags, named) in [
+            (&[][..], &[][..]),
+            (&["--asterix-send", "tracks", "--adsb-invent", "--no-public"], &[]),
+            (&["--http", "127.0.0.1:1", "--beast", "127.0.0.1:2"], &["--beast", "--http"]),
+            (
+                &["--gdl90", "127.0.0.1:1", "--asterix", "127.0.0.1:2", "--public-read-only"],
+                &["--asterix", "--public-read-only", "--gdl90"],
+            ),
+        ] {
+            let asterix = line(flags).asterix;
+            assert!(asterix.given().eq(named.iter().copied()), "{flags:?}");
+            assert_eq!(asterix.asked(), !named.is_empty(), "{flags:?}");
+        }
     }
 
     /// `seeds run` reads flags and scene and starts a gateway, which reads the scene again.

@@ -30,9 +30,11 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
         args.record.is_none() && args.report.is_none(),
         "--in-process has no data plane that could be recorded: leave out --record and --report, or --in-process"
     );
+    let given: Vec<&str> = args.asterix.given().collect();
     anyhow::ensure!(
-        !args.asterix.asked(),
-        "--in-process has no gateway: leave out --asterix and --asterix-record, or --in-process"
+        given.is_empty(),
+        "--in-process has no gateway: leave out {}, or --in-process",
+        given.join(" and ")
     );
     let mut line = None;
     let code = federation(args, scene, |summary| line = Some(summary.line()))?;
