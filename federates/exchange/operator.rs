@@ -28,6 +28,12 @@ const REACH_WITHIN: Duration = Duration::from_secs(10);
 /// How long a station may take to say how the run stands.
 const SAY_WITHIN: Duration = Duration::from_secs(1);
 
+/// Whether a letter may be in the name by which a person at a seat, or a client, says who he is.
+#[must_use]
+pub fn may_name(letter: char) -> bool {
+    letter.is_ascii_alphanumeric() || "-_.@ ".contains(letter)
+}
+
 /// Sends a command and waits until its state is reached; `source` (`terminal`, `page`) goes into the
 /// log of operations. What takes longer than ten seconds goes on, and the answer says so: it is not `ok`.
 ///

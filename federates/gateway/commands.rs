@@ -2,6 +2,7 @@
 
 use super::public::CommandAnswered;
 use crate::exchange::handover::{When, Words};
+use crate::exchange::operator::may_name;
 use crate::runtime::messages::{Command, RunState, SeatAction};
 use geodesy::{Geodetic, LocalFrame};
 use serde::Deserialize;
@@ -187,8 +188,8 @@ pub fn read(octets: &[u8]) -> Result<(Wish, String), String> {
 
 /// Who says that he asks, for the logs.
 fn source(client: Option<String>) -> String {
-    let plain = |c: &char| c.is_ascii_alphanumeric() || "-_.@ ".contains(*c);
-    let client: String = client.unwrap_or_default().chars().filter(plain).take(32).collect();
+    let client = client.unwrap_or_default();
+    let client: String = client.chars().filter(|letter| may_name(*letter)).take(32).collect();
     format!("client:{}", if client.is_empty() { "unnamed" } else { &client })
 }
 
@@ -243,6 +244,10 @@ mod tests {
         for (json, expected) in [
             (r#"{"command":"freeze"}"#, Ok((Command::Freeze, "client:unnamed"))),
             (r#"{"command":"resume","client":"lab 1\n"}"#, Ok((Command::Start, "client:lab 1"))),
+            (
+                r#"{"command":"freeze","client":"<me>@lab_1.x"}"#,
+                Ok((Command::Freeze, "client:me@lab_1.x")),
+            ),
             (r#"{"command":"step","n":20}"#, Ok((Command::Step { n: 20 }, "client:unnamed"))),
             (r#"{"command":"step"}"#, Ok((Command::Step { n: 1 }, "client:unnamed"))),
             (r#"{"command":"rate","rate":4}"#, Ok((Command::Rate { rate: 4.0 }, "client:unnamed"))),

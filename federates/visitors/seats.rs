@@ -4,6 +4,7 @@
 //! goes on; who drives, after 5 s. Everything that takes effect is in a frame end, with its number; the log of one run (`inputs`) fed to another
 //! gives the same bits.
 
+use crate::exchange::operator::may_name;
 use crate::exchange::{driven, handover};
 use crate::federation::closes_loop;
 use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords};
@@ -159,10 +160,9 @@ impl SeatDoor {
     fn check(&mut self, order: &mut SeatOrder, utc_ns: i64) -> Result<bool, String> {
         let SeatOrder { seat, person, action } = order;
         self.has(seat)?;
-        let sound = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
-        if person.is_empty() || person.len() > NAME || !person.chars().all(sound) {
+        if person.is_empty() || person.len() > NAME || !person.chars().all(may_name) {
             return Err(format!(
-                "person: 1 to {NAME} letters, digits, blanks, '-', '_' or '.', so that others see who has the seat"
+                "person: 1 to {NAME} letters, digits, blanks, '-', '_', '.' or '@', so that others see who has the seat"
             ));
         }
         if seat.as_str() == handover::SEAT

@@ -91,7 +91,7 @@ export class Seats {
   }
 
   rename(name) {
-    const sound = name.replace(/[^A-Za-z0-9._ -]/g, "").trim().slice(0, MOST_NAME);
+    const sound = name.replace(/[^A-Za-z0-9._@ -]/g, "").trim().slice(0, MOST_NAME);
     if (!sound || this.own().length) return;
     this.person = sound;
     keepLocal("person", sound);

@@ -25,6 +25,17 @@ fn say(callsign: &str, clearance: &str) -> SeatAction {
     }
 }
 
+/// A client of the public interface is at the seat for handovers under the name that was left of his.
+#[test]
+fn who_may_have_a_name_as_a_client_may_have_it_at_a_seat() {
+    for letter in (0..=255_u8).map(char::from) {
+        let name = format!("me{letter}lab");
+        let answer = door().ask(order("ground", &name, SeatAction::Take), 0);
+        assert_eq!(answer.accepted, may_name(letter), "{letter:?}: {}", answer.text);
+    }
+    assert!(may_name('@') && !may_name('<') && !may_name('\n') && !may_name('ä'));
+}
+
 #[test]
 fn a_seat_has_one_person_and_what_is_wrong_is_said_in_one_sentence() {
     let mut door = door();
