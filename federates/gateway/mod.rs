@@ -125,6 +125,9 @@ pub struct Gateway {
     scan_ns: i64,
     shift_ns: i64,
     pub(crate) flights: Vec<FlightNotice>,
+    /// Places in the list by call sign, and by address as six hexadecimal digits; of several the first.
+    by_callsign: BTreeMap<String, usize>,
+    by_address: BTreeMap<String, usize>,
     pub(crate) weather: Vec<WeatherNotice>,
     pub(crate) memory: BTreeMap<u16, Memory>,
     alerts: Alerts,
@@ -161,6 +164,8 @@ impl Gateway {
             scan_ns: scene.run.scan().0,
             shift_ns: 0,
             flights: Vec::new(),
+            by_callsign: BTreeMap::new(),
+            by_address: BTreeMap::new(),
             weather: Vec::new(),
             memory: BTreeMap::new(),
             alerts: Alerts::default(),
@@ -186,6 +191,14 @@ impl Gateway {
 
     /// The flight list: addresses, types, wake categories by call sign.
     pub fn on_flights(&mut self, entries: Vec<FlightNotice>) {
+        self.by_callsign.clear();
+        self.by_address.clear();
+        for (place, flight) in entries.iter().enumerate() {
+            self.by_callsign.entry(flight.callsign.clone()).or_insert(place);
+            if let Some(address) = flight.address {
+                self.by_address.entry(format!("{address:06X}")).or_insert(place);
+            }
+        }
         self.flights = entries;
     }
 
@@ -255,13 +268,11 @@ impl Gateway {
     }
 
     pub(crate) fn flight(&self, identity: &str) -> Option<&FlightNotice> {
-        let by_name = |f: &&FlightNotice| f.callsign == identity;
-        let by_address =
-            |f: &&FlightNotice| f.address.is_some_and(|a| format!("{a:06X}") == identity);
         if identity.is_empty() {
             return None;
         }
-        self.flights.iter().find(by_name).or_else(|| self.flights.iter().find(by_address))
+        let place = self.by_callsign.get(identity).or_else(|| self.by_address.get(identity))?;
+        self.flights.get(*place)
     }
 
     /// Whether a scan was sent already: an SMDFM that returned tells those again that it made meanwhile.

@@ -320,6 +320,38 @@ fn alerts_and_stop_bars_go_out_while_they_last_and_once_when_they_end() {
     assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
 }
 
+/// By call sign, else by address, of several the first, and only of the list that was told last.
+#[test]
+fn a_flight_is_found_by_its_call_sign_or_address() {
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    let list = [
+        flight("SWR1", Some(0x4b_1805), MovementKind::Arrival),
+        flight("000ABC", None, MovementKind::Departure),
+        flight("SWR2", Some(0xabc), MovementKind::Departure),
+        flight("SWR1", Some(0x4b_1805), MovementKind::Departure),
+        flight("", Some(0x1), MovementKind::Vehicle),
+    ];
+    gateway.on_flights(list.to_vec());
+    let found = |gateway: &Gateway, name: &str| {
+        gateway.flight(name).and_then(|f| list.iter().position(|known| known == f))
+    };
+    for (name, place) in [
+        ("SWR1", Some(0)),
+        ("4B1805", Some(0)),
+        ("000ABC", Some(1)),
+        ("SWR2", Some(2)),
+        ("000001", Some(4)),
+        ("4b1805", None),
+        ("ABC", None),
+        ("", None),
+        ("SWR3", None),
+    ] {
+        assert_eq!(found(&gateway, name), place, "{name}");
+    }
+    gateway.on_flights(vec![list[2].clone()]);
+    assert_eq!(["SWR1", "SWR2", "000ABC"].map(|n| found(&gateway, n)), [None, Some(2), Some(2)]);
+}
+
 /// What stood when the operator restarted is not said of the next run, which may have no alert at all; nor what is late of it.
 #[test]
 fn alerts_of_a_run_end_with_it() {
