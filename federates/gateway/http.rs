@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::task::Poll;
 use std::thread::JoinHandle;
 use std::time::Duration;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{Notify, mpsc, oneshot, watch};
 use tokio::time::timeout;
 
 /// A running server.
@@ -50,9 +50,12 @@ impl Http {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (stop, stopped) = oneshot::channel();
         let access = Arc::new(Access::at(address)?);
-        let state = Arc::new(Shared { board, access: Arc::clone(&access) });
+        let state =
+            Arc::new(Shared { board, access: Arc::clone(&access), scans: Scans::default() });
         let body = move || {
             runtime.block_on(async {
+                let encoder = Arc::clone(&state);
+                tokio::spawn(async move { encoder.scans.encode(&encoder.board).await });
                 let accept = async {
                     let listener = tokio::net::TcpListener::from_std(socket)?;
                     let router = axum::Router::new()
@@ -95,6 +98,49 @@ impl Http {
 struct Shared {
     board: Arc<Board>,
     access: Arc<Access>,
+    scans: Scans,
+}
+
+/// Scans as the stream tells them: each is encoded once, however many read, and none while nobody does.
+#[derive(Default)]
+struct Scans {
+    last: watch::Sender<Option<Bytes>>,
+    came: Notify,
+}
+
+impl Scans {
+    /// For one more reader, who begins with the last scan.
+    fn reader(&self) -> watch::Receiver<Option<Bytes>> {
+        let mut reader = self.last.subscribe();
+        reader.mark_changed();
+        self.came.notify_one();
+        reader
+    }
+
+    async fn encode(&self, board: &Board) {
+        let mut scans = board.scans();
+        loop {
+            tokio::select! {
+                changed = scans.changed() => if changed.is_err() { return },
+                () = self.came.notified() => if self.last.borrow().is_some() { continue },
+            }
+            let read = self.last.receiver_count() > 0;
+            let scan = if read { board.value("scan") } else { None };
+            let event = scan.map(|scan| Bytes::from(format!("event: scan\ndata: {scan}\n\n")));
+            self.last.send_replace(event);
+        }
+    }
+}
+
+/// The next scan of a reader.
+async fn next(reader: &mut watch::Receiver<Option<Bytes>>) -> Option<Bytes> {
+    loop {
+        reader.changed().await.ok()?;
+        let event = reader.borrow_and_update().clone();
+        if event.is_some() {
+            return event;
+        }
+    }
 }
 
 async fn answer(State(shared): State<Arc<Shared>>, request: Request) -> Response {
@@ -120,7 +166,7 @@ async fn answer(State(shared): State<Arc<Shared>>, request: Request) -> Response
     };
     let Some(key) = key else { return not_found(path) };
     if key == "stream" {
-        return stream(Arc::clone(board));
+        return stream(shared.scans.reader());
     }
     let known = KEYS.contains(&key)
         || MORE.contains(&key)
@@ -153,15 +199,10 @@ fn not_found(path: &str) -> Response {
 }
 
 /// Server-sent events: each scan as it comes.
-fn stream(board: Arc<Board>) -> Response {
+fn stream(mut scans: watch::Receiver<Option<Bytes>>) -> Response {
     let (send, receive) = mpsc::channel(WAITING);
     tokio::spawn(async move {
-        let mut scans = board.scans();
-        scans.mark_changed();
-        while scans.changed().await.is_ok() {
-            scans.mark_unchanged();
-            let Some(scan) = board.value("scan") else { continue };
-            let event = Bytes::from(format!("event: scan\ndata: {scan}\n\n"));
+        while let Some(event) = next(&mut scans).await {
             match timeout(STANDS, send.send(event)).await {
                 Ok(Ok(())) => {}
                 Ok(Err(_)) | Err(_) => return, // it left, or does not read
@@ -191,6 +232,7 @@ impl hyper::body::Body for Events {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runtime::messages::ScanReport;
     use std::io::{Read, Write};
     use std::net::TcpStream;
 
@@ -202,6 +244,57 @@ mod tests {
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("an answer");
         answer
+    }
+
+    #[test]
+    fn a_scan_is_encoded_once_for_all_who_read_the_stream() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("zurich");
+        let board = Arc::new(Board::new(&scene, 1, false));
+        let scans = Arc::new(Scans::default());
+        let scan = |number: u64| {
+            let time_ns = number as i64 * 1_000_000_000;
+            board.on_scan(&Arc::new(ScanReport {
+                run: 1,
+                scan: number,
+                time_ns,
+                ..Default::default()
+            }));
+        };
+        let number = |event: &Bytes| {
+            let text = std::str::from_utf8(event).expect("text");
+            let json = text.strip_prefix("event: scan\ndata: ").expect("an event").trim_end();
+            serde_json::from_str::<serde_json::Value>(json).expect("JSON")["scan"].as_u64()
+        };
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        runtime.expect("a runtime").block_on(async {
+            let (encoder, of) = (Arc::clone(&scans), Arc::clone(&board));
+            tokio::spawn(async move { encoder.encode(&of).await });
+            let turn = || async {
+                for _ in 0..10 {
+                    tokio::task::yield_now().await;
+                }
+            };
+            turn().await;
+            scan(1);
+            turn().await;
+            assert!(scans.last.borrow().is_none(), "nobody reads");
+            let (mut one, mut two) = (scans.reader(), scans.reader());
+            for expected in 1..4 {
+                let events = [next(&mut one).await, next(&mut two).await];
+                let [Some(first), Some(second)] = events else { panic!("two readers") };
+                assert_eq!(number(&first), Some(expected));
+                assert_eq!(first.as_ptr(), second.as_ptr(), "the same octets");
+                let mut late = scans.reader();
+                assert_eq!(next(&mut late).await.map(|e| e.as_ptr()), Some(first.as_ptr()));
+                scan(expected + 1);
+            }
+            drop((one, two));
+            turn().await;
+            scan(5);
+            turn().await;
+            let event = next(&mut scans.reader()).await.expect("the last one");
+            assert_eq!(number(&event), Some(5), "not one of when somebody read");
+        });
     }
 
     #[test]
