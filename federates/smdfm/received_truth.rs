@@ -461,7 +461,10 @@ impl Truth for View<'_> {
         }
     }
     fn answers(&self, index: usize, time: SimTime) -> bool {
-        let Target::Ours(heard) = &self.targets[index].1 else { return true };
+        let heard = match &self.targets[index].1 {
+            Target::Ours(heard) => heard,
+            Target::Visitor(visitor) => return visitor.entity.answers(),
+        };
         let at = heard.answers.partition_point(|(t, _)| *t <= time);
         at.checked_sub(1).is_none_or(|at| heard.answers[at].1)
     }

@@ -317,3 +317,25 @@ fn who_calls_himself_as_one_of_ours_hides_nobody() {
     assert_eq!((visited.digest, visited.track_digest), (alone.digest, alone.track_digest));
     assert_eq!((visited.visitors, visited.touched), (Some(1), Some(0)));
 }
+
+/// A visitor that switches its transponder off is asked in vain, as one of ours is: multilateration and ADS-B heard it on.
+#[test]
+fn a_visitor_whose_transponder_is_off_does_not_answer() {
+    let scene = scene();
+    let state = guest(&scene, [-900.0, -2600.0, 0.0], [0.0, 5.0, 0.0], true);
+    let mut truth = ReceivedTruth::new(Arc::clone(&scene), 1);
+    assert!(truth.take_visitor(&stamped(&scene, 20.0, 0.0, &state)));
+    let mut answers = Vec::new();
+    for (at_s, said) in [(20.1, None), (20.2, Some(true)), (20.3, Some(false)), (20.4, Some(true))]
+    {
+        if let Some(on) = said {
+            let iff = Transponder { on, address: Some(0xabc_def), ..Transponder::default() };
+            assert!(truth.take_visitor(&stamped(&scene, at_s, 0.0, &iff.iff(GUEST))));
+        }
+        let to = SimTime::from_s(20.5);
+        let view = truth.view(to.plus_s(-1.0), to);
+        let index = view.index_of(key_of(GUEST)).expect("seen");
+        answers.push(view.answers(index, to));
+    }
+    assert_eq!(answers, [true, true, false, true]);
+}

@@ -93,7 +93,13 @@ impl Entity {
     /// What its transponder says, while it is on.
     #[must_use]
     pub fn transponder(&self) -> Option<&Transponder> {
-        self.transponder.as_ref()
+        self.transponder.as_ref().filter(|transponder| transponder.on)
+    }
+
+    /// Whether it may be asked: it has not said that its transponder is off.
+    #[must_use]
+    pub fn answers(&self) -> bool {
+        self.transponder.is_none_or(|transponder| transponder.on)
     }
 
     /// Arrival of its last PDU.

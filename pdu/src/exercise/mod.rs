@@ -205,7 +205,7 @@ impl Exercise {
                     return Err(Refusal::Indifferent);
                 };
                 if let Some(entity) = self.entities.get_mut(&id) {
-                    entity.transponder = transponder.on.then_some(transponder);
+                    entity.transponder = Some(transponder);
                 } else if self.transponders.len() < self.limits.entities {
                     self.transponders.insert(id, transponder);
                 } else {
@@ -241,7 +241,7 @@ impl Exercise {
         let waiting = if new { self.transponders.remove(&id) } else { None };
         let entity = self.entities.entry(id).or_insert_with(|| Entity::new(state, arrival));
         if let Some(transponder) = waiting {
-            entity.transponder = transponder.on.then_some(transponder);
+            entity.transponder = Some(transponder);
         }
         entity.stated(arrival, valid, state, &self.limits);
         Ok(if leaves {

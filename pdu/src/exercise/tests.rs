@@ -262,7 +262,8 @@ fn a_transponder_belongs_to_its_entity_whichever_came_first() {
     exercise.feed(&now, &iff);
     let off = Transponder { on: false, ..transponder };
     exercise.feed(&now, &datagram(DisTime(1), &off.iff(ID)));
-    assert_eq!(exercise.entity(ID).expect("known").transponder(), None);
+    let entity = exercise.entity(ID).expect("known");
+    assert_eq!((entity.transponder(), entity.answers()), (None, false));
 }
 
 #[test]
