@@ -434,6 +434,10 @@ impl Settings for AdsbConfig {
         (self.moving_s, 0.5 * (self.latency_min_s + self.latency_max_s))
     }
 
+    fn standing_s(&self) -> f64 {
+        self.parked_s
+    }
+
     fn late_sigma_s(&self) -> f64 {
         (self.latency_max_s - self.latency_min_s) / 12f64.sqrt()
     }

@@ -67,6 +67,11 @@ pub trait Settings: std::any::Any + fmt::Debug + Send + Sync {
     /// Seconds between two reports of a mover, and the nominal delay of a report's position.
     fn timing_s(&self) -> (f64, f64);
 
+    /// Seconds between two reports of one that stands.
+    fn standing_s(&self) -> f64 {
+        self.timing_s().0
+    }
+
     /// Standard deviation of one mover's own delay off the nominal one, s.
     fn late_sigma_s(&self) -> f64 {
         0.0

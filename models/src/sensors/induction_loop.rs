@@ -56,6 +56,8 @@ struct Passage {
 
 /// Looks at a target near the loop are this far apart, on whole multiples since the start.
 const LOOK_NS: i64 = 50_000_000;
+/// Higher than this one is felt by no loop, m (assumed: metal a few metres up leaves it as it is).
+const OVER_M: f64 = 3.0;
 /// Nearest to the loop that a target is looked at so often, m and s of its speed.
 const NEAR_M: f64 = 150.0;
 
@@ -77,7 +79,7 @@ impl InductionLoop {
         let state = truth.at(index, time)?;
         let offset_m = state.position_m.xy() - config.site_m;
         let across_m = offset_m.x * self.along.y - offset_m.y * self.along.x;
-        if across_m.abs() > config.half_width_m {
+        if across_m.abs() > config.half_width_m || state.position_m.z > OVER_M {
             return Some([false, false]);
         }
         let nose = Azimuth::from_rad(state.heading_rad).unit();

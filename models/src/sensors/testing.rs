@@ -69,6 +69,8 @@ pub(crate) struct Parked {
     pub(crate) velocity_mps: Vector3<f64>,
     /// Heading of all, radians clockwise from north.
     pub(crate) heading_rad: f64,
+    /// Height of all at the begin, m.
+    pub(crate) up_m: f64,
 }
 
 impl Parked {
@@ -88,6 +90,7 @@ impl Parked {
             class,
             velocity_mps: Vector3::zeros(),
             heading_rad: std::f64::consts::FRAC_PI_2,
+            up_m: 0.0,
         }
     }
 
@@ -116,7 +119,7 @@ impl Truth for Parked {
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         Some(TargetState {
-            position_m: Point3::new(0.0, self.keys[index] as f64 * 100.0, 0.0)
+            position_m: Point3::new(0.0, self.keys[index] as f64 * 100.0, self.up_m)
                 + self.velocity_mps * time.s(),
             velocity_mps: self.velocity_mps,
             heading_rad: self.heading_rad,

@@ -164,7 +164,7 @@ impl Asde {
             }
             out.push(Look { index, number: k - 1, time, state, azimuth_rad });
         }
-        if passed_end > TAU - self.radar.pattern.azimuth_rad {
+        if there && passed_end > TAU - self.radar.pattern.azimuth_rad {
             // Within a beamwidth ahead of the beam: its look is in the next interval, its echo in the
             // same cell as those of targets that the beam has just passed.
             let azimuth_rad = azimuth_end;

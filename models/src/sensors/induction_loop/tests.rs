@@ -4,7 +4,19 @@ use crate::sensors::testing::Parked;
 
 /// A target that starts 60 m before the loop and rolls over it, north or south.
 fn pass(config: LoopConfig, speed_mps: f64, north: bool, scan_ns: i64) -> PlotSink {
+    pass_at(0.0, config, speed_mps, north, scan_ns)
+}
+
+/// The same at a height, m.
+fn pass_at(
+    height_m: f64,
+    config: LoopConfig,
+    speed_mps: f64,
+    north: bool,
+    scan_ns: i64,
+) -> PlotSink {
     let mut truth = Parked::aircraft(&[1]);
+    truth.up_m = height_m;
     let sign = if north { 1.0 } else { -1.0 };
     truth.velocity_mps = Vector3::new(0.0, sign * speed_mps, 0.0);
     truth.heading_rad = if north { 0.0 } else { std::f64::consts::PI };
@@ -246,5 +258,14 @@ fn each_error_is_as_large_as_it_is_stated() {
             "{name}: {}",
             square / stated
         );
+    }
+}
+
+/// What flies over a loop on final, or hovers there, is felt by nothing in the ground.
+#[test]
+fn a_loop_feels_nobody_in_the_air() {
+    for (height_m, passages) in [(0.0, 1), (2.0, 1), (15.0, 0), (300.0, 0)] {
+        let sink = pass_at(height_m, config(), 30.0, true, 1_000_000_000);
+        assert_eq!((sink.plots.len(), sink.looks), (passages, passages as u64), "{height_m} m");
     }
 }

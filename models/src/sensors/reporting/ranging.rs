@@ -253,6 +253,18 @@ struct Range {
     variance_m2: f64,
     own_variance_m2: f64,
     obliquity: f64,
+    /// The same of the troposphere.
+    tropospheric: f64,
+}
+
+/// Variance of what the errors that all receivers share change by within `age_s`, `2σ²(1 − ρ(t))` of each source, m²: of clocks and
+/// orbits, and at the zenith of the ionosphere and of the troposphere.
+pub(crate) fn aged_m2(b: &RangeBudget, age_s: f64) -> [f64; 3] {
+    let first = |of: &Source| -2.0 * of.sigma_m * of.sigma_m * libm::expm1(-age_s / of.tau_s);
+    let x = age_s / b.selective_availability.tau_s;
+    let sigma_m = b.selective_availability.sigma_m;
+    let second = 2.0 * sigma_m * sigma_m * (1.0 - (1.0 + x) * libm::exp(-x)).max(0.0);
+    [second + first(&b.clock_ephemeris), first(&b.ionosphere), first(&b.troposphere)]
 }
 
 /// What all receivers of the airport share at one instant.
@@ -529,6 +541,7 @@ impl Ranging {
                 variance_m2: budget.variance_m2(el),
                 own_variance_m2: budget.own_variance_m2(el),
                 obliquity: obliquity(el),
+                tropospheric: tropospheric_mapping(el),
             }
         });
         RangeEpoch { time: sky.time, ranges: ranges.collect(), fix: dop.is_some() }
@@ -557,6 +570,8 @@ impl Ranging {
             Some(c) => Some((c, self.at(c.made_at(now))?)),
             None => None,
         };
+        let old_m2 =
+            corrected.map_or([0.0; 3], |(c, _)| aged_m2(budget, now.since_s(c.made_at(now))));
         let [multipath, noise] = [E::Multipath, E::White].map(|e| levels.on(e));
         let [aged, far] = [E::CorrectionAge, E::CorrectionDistance].map(|e| levels.on(e));
         let [common, station] = [E::RangeErrors, E::ReferenceErrors].map(|e| levels.on(e));
@@ -617,6 +632,10 @@ impl Ranging {
                 let reference = c.reference.sigma_m * range.multipath;
                 let slant = iono * range.obliquity;
                 variance_m2 += reference * reference + slant * slant + space * space;
+                let [same, ionosphere, troposphere] = old_m2;
+                variance_m2 += same
+                    + ionosphere * range.obliquity * range.obliquity
+                    + troposphere * range.tropospheric * range.tropospheric;
             } else {
                 let common_m = if common { range.common_m } else { 0.0 };
                 error_m += common_m + range.soft_m;
@@ -836,6 +855,15 @@ mod tests {
                 3.0..6.0,
             ),
             ("differential", config(Some(corrections), RangeBudget::modern()), 3000.0, 0.6..1.8),
+            (
+                "differential, corrections of a wandering clock 30 s old",
+                config(
+                    Some(RangeCorrections { latency_s: 30.0, ..corrections }),
+                    RangeBudget::with_selective_availability(),
+                ),
+                3000.0,
+                2.0..12.0,
+            ),
             (
                 "differential, 100 km",
                 config(Some(corrections), RangeBudget::modern()),

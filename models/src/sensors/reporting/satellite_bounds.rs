@@ -5,7 +5,7 @@ use crate::effects::positioning::{PlannedEffect, PositioningEffect as E, Positio
 use crate::sensors::reporting::bounds::{SIGMAS, duration, rarely, two};
 use crate::sensors::reporting::constellation::{SatelliteFailures, SkyConfig};
 use crate::sensors::reporting::ranging::{
-    RangeBudget, RangingConfig, multipath_growth, obliquity, tropospheric_mapping,
+    RangeBudget, RangingConfig, aged_m2, multipath_growth, obliquity, tropospheric_mapping,
 };
 
 /// Probability that any satellite is, or goes, off (`hard`) or false within `horizon_s`, at most.
@@ -70,17 +70,11 @@ pub(crate) fn common_sigma_m(b: &RangeBudget, mask_rad: f64) -> f64 {
     .sqrt()
 }
 
-/// Deviation of what they change by within `age_s`, m: `2σ²(1 − ρ(t))` of each source.
+/// Deviation of what they change by within `age_s`, m.
 pub(crate) fn aged_sigma_m(b: &RangeBudget, mask_rad: f64, age_s: f64) -> f64 {
-    let first = |sigma_m: f64, tau_s: f64| -2.0 * sigma_m * sigma_m * libm::expm1(-age_s / tau_s);
-    let x = age_s / b.selective_availability.tau_s;
-    let sigma_m = b.selective_availability.sigma_m;
-    let second = 2.0 * sigma_m * sigma_m * (1.0 - (1.0 + x) * libm::exp(-x)).max(0.0);
-    (second
-        + first(b.clock_ephemeris.sigma_m, b.clock_ephemeris.tau_s)
-        + first(b.ionosphere.sigma_m * obliquity(mask_rad), b.ionosphere.tau_s)
-        + first(b.troposphere.sigma_m * tropospheric_mapping(mask_rad), b.troposphere.tau_s))
-    .sqrt()
+    let mapping = [1.0, obliquity(mask_rad), tropospheric_mapping(mask_rad)];
+    let parts = aged_m2(b, age_s);
+    parts.iter().zip(mapping).map(|(part, mapping)| part * mapping * mapping).sum::<f64>().sqrt()
 }
 
 /// What a receiver adds to each range: multipath and noise.

@@ -203,12 +203,18 @@ impl Over<'_> {
         let uniform = air.uniform();
         let cells = place.rain_on_way && !air.weather.cells.is_empty();
         let (rain_db, least_rain) = if cells {
-            let most = 2.0 * air.most_rain_db(r_far, r_near / near_m.max(1.0));
+            // The steepest way of the piece is its nearest, at the greatest distance in height.
+            let slope = slant(near_m.max(1.0), down_far) / near_m.max(1.0);
+            let most = 2.0 * air.most_rain_db(r_far, slope);
             (most, uniform.mie_db_per_km.min(air.least_rain_db_per_km()))
         } else {
             (uniform.mie_db_per_km * km2, uniform.mie_db_per_km)
         };
         let line_db = air.linear_db_per_km() * km2;
+        let nearest_line_db = match cells {
+            true => air.linear_db_per_km() * 2.0 * r_near / 1000.0,
+            false => line_db,
+        };
         let all_db = (0..VALUES.len())
             .fold(rain_db.max(line_db), |sum, value| sum + self.most_db_per_km(value) * km2);
         let least_db_per_km =
@@ -258,7 +264,11 @@ impl Over<'_> {
             range_m,
             ratio: Span { low: least * (1.0 - ROUNDING), high: most * (1.0 + ROUNDING) },
             rain_db: without(rain_db),
-            linear_db: ((rain_db - line_db).max(0.0), (line_db - least_rain * km2).max(0.0)),
+            // Of a cell before the target rain grows no more behind it, the line does.
+            linear_db: (
+                (rain_db - nearest_line_db).max(0.0),
+                (line_db - least_rain * km2).max(0.0),
+            ),
             values,
             ground_db: clutter_raises_db(ground.high, rain.low * kept),
             rain_clutter_db: clutter_raises_db(rain_most, ground.low * kept),
