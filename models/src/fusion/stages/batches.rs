@@ -26,7 +26,9 @@ impl Tracker {
         if self.config.register_sites {
             self.registration.begin(t_out);
         }
-        self.oldest = t_out.plus_s(-self.config.ring_s);
+        // A plot of this scan is never late, however long the scan is.
+        let ring = t_out.plus_s(-self.config.ring_s);
+        self.oldest = self.last_scan.map_or(ring, |last| ring.min(last));
         while self.seen.front().is_some_and(|(latest, _)| *latest < self.oldest) {
             self.seen.pop_front();
         }

@@ -173,7 +173,8 @@ fn copies_and_the_hopelessly_late_are_dropped_and_counted() {
     assert_eq!(tracker.outcomes()[1], Outcome::Duplicate);
     tracker.scan(SimTime::from_s(2.0), &[plot(1.5, 0, 0.0, 0.0), first], &FlightList::default());
     assert_eq!(tracker.outcomes()[1], Outcome::Duplicate);
-    tracker.scan(SimTime::from_s(60.0), &[plot(54.9, 0, 0.0, 0.0)], &FlightList::default());
+    // Of the scan before, and older than what is remembered.
+    tracker.scan(SimTime::from_s(60.0), &[plot(1.9, 7, 0.0, 0.0)], &FlightList::default());
     assert_eq!(tracker.outcomes()[0], Outcome::TooLate);
     let s = tracker.statistics();
     assert_eq!((s.duplicates, s.too_late, s.started), (2, 1, 1));
@@ -575,6 +576,7 @@ fn numbers_of_a_sensor_that_cannot_be_used_are_refused_with_a_sentence_and_repla
         let model = config::SensorModel::default_of(SensorId(1), SensorKind::Asde);
         for (name, model) in [
             ("interval_s", config::SensorModel { interval_s: bad, ..model }),
+            ("standing_interval_s", config::SensorModel { standing_interval_s: bad, ..model }),
             ("detection", config::SensorModel { detection: bad, ..model }),
             ("false_density_m2", config::SensorModel { false_density_m2: bad, ..model }),
             ("extra_sigma_m", config::SensorModel { extra_sigma_m: bad, ..model }),

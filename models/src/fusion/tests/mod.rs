@@ -19,6 +19,7 @@ mod lag;
 mod limits;
 mod own;
 mod rests;
+mod seldom;
 mod several;
 mod shadows;
 mod taken_in;
