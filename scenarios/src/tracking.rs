@@ -197,6 +197,7 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
             None => return model,
         },
     };
+    let standing_interval_s = sensor.reported.as_ref().map_or(0.0, |r| r.standing_s());
     let late_sigma_s = sensor.reported.as_ref().map_or(0.0, |r| r.late_sigma_s());
     // Of a blob of cells the strongest is told, and noise of one cell says nothing of that.
     let of_plots = |p: Option<Processing>| p.is_none_or(|p| p == Processing::Plot);
@@ -204,7 +205,7 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
     let strength = radar.map(|radar| {
         Detector::new(radar.parameters.pulses_summed(), radar.parameters.pfa).strengths()
     });
-    SensorModel { interval_s, latency_s, late_sigma_s, strength, ..model }
+    SensorModel { interval_s, standing_interval_s, latency_s, late_sigma_s, strength, ..model }
 }
 
 /// Reads `[accuracy]`.

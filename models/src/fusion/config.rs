@@ -157,6 +157,8 @@ pub struct SensorModel {
     pub kind: SensorKind,
     /// Interval between two looks at one target, s.
     pub interval_s: f64,
+    /// The same at one that stands, s, where that is longer: transponders report more seldom then.
+    pub standing_interval_s: f64,
     /// Probability of a plot at a look.
     pub detection: f64,
     /// Density of false plots and new targets, 1/m² and look.
@@ -185,6 +187,7 @@ impl SensorModel {
             id,
             kind,
             interval_s: 1.0,
+            standing_interval_s: 0.0,
             detection: assumed.detection,
             false_density_m2: assumed.false_density_m2,
             extra_sigma_m: assumed.extra_sigma_m,
@@ -386,9 +389,10 @@ impl SensorModel {
     }
 
     /// Its numbers with their names and limits.
-    fn numbers(&mut self) -> [(&'static str, &mut f64, [f64; 2]); 8] {
+    fn numbers(&mut self) -> [(&'static str, &mut f64, [f64; 2]); 9] {
         [
             ("interval_s", &mut self.interval_s, [1e-3, 1e6]),
+            ("standing_interval_s", &mut self.standing_interval_s, [0.0, 1e6]),
             ("detection", &mut self.detection, [0.0, 1.0]),
             ("false_density_m2", &mut self.false_density_m2, [0.0, 1e3]),
             ("extra_sigma_m", &mut self.extra_sigma_m, [0.0, 1e4]),

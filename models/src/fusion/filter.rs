@@ -276,6 +276,26 @@ pub(super) fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
     }
 }
 
+/// When a gap between two plots is a long one, and how a track is carried over it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gaps {
+    /// From so long on it is, s.
+    pub(super) after_s: f64,
+    /// White acceleration then, m²/s³.
+    pub(super) coast_q: f64,
+}
+
+impl Life {
+    /// Those of a track whose plots come as often as this, s: what it expects is no gap.
+    pub(super) fn gaps(&self, interval_s: f64) -> Gaps {
+        let after_s = self.constant_velocity_after_s.max(GAP * interval_s);
+        Gaps { after_s, coast_q: self.coast_q }
+    }
+}
+
+/// A plot is lacking when so many of its intervals have passed (assumed).
+const GAP: f64 = 1.5;
+
 /// Position (m) with its covariance (m²) at `time`, as [`predict`].
 ///
 /// # Errors
@@ -284,12 +304,12 @@ pub(super) fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
 pub(super) fn position_at(
     filter: &TrackFilter,
     time: SimTime,
-    life: &Life,
+    gaps: Gaps,
 ) -> Result<(Point2<f64>, Sym2), UpdateError> {
-    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+    if time.since_s(filter.time()) <= gaps.after_s {
         return filter.position_at(time);
     }
-    let at = predict(filter, time, life)?.state;
+    let at = predict(filter, time, gaps)?.state;
     Ok((at.position(), at.position_cov()))
 }
 
@@ -301,12 +321,12 @@ pub(super) fn position_at(
 pub(super) fn place_at(
     filter: &TrackFilter,
     time: SimTime,
-    life: &Life,
+    gaps: Gaps,
 ) -> Result<Point2<f64>, UpdateError> {
-    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+    if time.since_s(filter.time()) <= gaps.after_s {
         return filter.place_at(time);
     }
-    Ok(predict(filter, time, life)?.position_m())
+    Ok(predict(filter, time, gaps)?.position_m())
 }
 
 /// The state at `time` without further plots: by the filter's own model for a while, then at constant
@@ -317,12 +337,10 @@ pub(super) fn place_at(
 pub(super) fn predict(
     filter: &TrackFilter,
     time: SimTime,
-    life: &Life,
+    gaps: Gaps,
 ) -> Result<Estimate, UpdateError> {
-    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+    if time.since_s(filter.time()) <= gaps.after_s {
         return filter.predicted(time);
     }
-    filter
-        .predicted(filter.time().plus_s(life.constant_velocity_after_s))?
-        .coasted(time, life.coast_q)
+    filter.predicted(filter.time().plus_s(gaps.after_s))?.coasted(time, gaps.coast_q)
 }

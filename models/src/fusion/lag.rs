@@ -5,8 +5,7 @@
 //! histories their mixed moments are used. The updates since are read from the ring, so a late plot that went to its place
 //! there is counted in its place here.
 
-use super::config::Life;
-use super::filter::{TrackFilter, predict};
+use super::filter::{Gaps, TrackFilter, predict};
 use crate::filter::fixed_lag::FixedLag;
 use crate::filter::{Measurement, UpdateError};
 use crate::frames::{Matrix2, Point2, Vector2};
@@ -32,12 +31,8 @@ impl Lag {
     ///
     /// # Errors
     /// If `time` is before the filter's.
-    pub(super) fn of(
-        filter: &TrackFilter,
-        time: SimTime,
-        life: &Life,
-    ) -> Result<Self, UpdateError> {
-        let state = predict(filter, time, life)?.state;
+    pub(super) fn of(filter: &TrackFilter, time: SimTime, gaps: Gaps) -> Result<Self, UpdateError> {
+        let state = predict(filter, time, gaps)?.state;
         Ok(Self { copy: FixedLag::of(&state, MEASURED), time })
     }
 
@@ -54,12 +49,12 @@ impl Lag {
         &mut self,
         before: &TrackFilter,
         plots: &[(Plot, f64)],
-        life: &Life,
+        gaps: Gaps,
     ) -> Result<(), UpdateError> {
         let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
-        let state = predict(before, first.time, life)?.state;
+        let state = predict(before, first.time, gaps)?.state;
         let gap_s = first.time.since_s(before.time());
-        self.copy.predict(first.time.since_s(self.time), gap_s <= life.constant_velocity_after_s);
+        self.copy.predict(first.time.since_s(self.time), gap_s <= gaps.after_s);
         self.time = first.time;
         for k in 0..plots.len() {
             // Plots of one covariance, as nearly all are, are taken together.
@@ -122,13 +117,13 @@ mod tests {
     /// A plot that is its own with a probability says of the past what the mixture of both cases says.
     #[test]
     fn what_a_plot_that_may_be_anothers_says_of_the_past_is_the_mixture_of_both() {
-        let life = crate::fusion::TrackingConfig::paper().life;
+        let gaps = crate::fusion::TrackingConfig::paper().life.gaps(1.0);
         let before = filter(5.0);
-        let copied = Lag::of(&before, SimTime::from_s(0.2), &life).expect("later");
+        let copied = Lag::of(&before, SimTime::from_s(0.2), gaps).expect("later");
         let seen = plot(1.0, Point2::new(4.0, -2.0), 2.0);
         let after = |beta: f64| {
             let mut lag = copied.clone();
-            lag.update(&before, &[(seen, beta)], &life).expect("sound");
+            lag.update(&before, &[(seen, beta)], gaps).expect("sound");
             lag.copy()
         };
         let ((own, own_cov), (other, other_cov)) = (after(1.0), copied.copy());
@@ -147,19 +142,19 @@ mod tests {
     /// Moments that contradict each other (a state four times as sure as the one that was copied) leave the copy as it was.
     #[test]
     fn what_would_take_away_more_than_there_is_is_not_believed() {
-        let life = crate::fusion::TrackingConfig::paper().life;
-        let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), &life).expect("later");
+        let gaps = crate::fusion::TrackingConfig::paper().life.gaps(1.0);
+        let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), gaps).expect("later");
         let (place, cov) = lag.copy();
         let seen = plot(0.3, Point2::new(3.0, 0.0), 1.0);
-        lag.update(&filter(1.0), &[(seen, 1.0)], &life).expect("sound");
+        lag.update(&filter(1.0), &[(seen, 1.0)], gaps).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
         // Nor what leaves a thousandth of it, more than a plot of any sensor takes.
-        let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), &life).expect("later");
-        lag.update(&filter(99.2), &[(seen, 1.0)], &life).expect("sound");
+        let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), gaps).expect("later");
+        lag.update(&filter(99.2), &[(seen, 1.0)], gaps).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
         // Nor does it say anything from then on.
         let next = plot(0.6, Point2::new(9.0, 0.0), 1.0);
-        lag.update(&filter(100.0), &[(next, 1.0)], &life).expect("sound");
+        lag.update(&filter(100.0), &[(next, 1.0)], gaps).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
     }
 }

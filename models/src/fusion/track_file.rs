@@ -1,6 +1,6 @@
 //! One track: its way, and what is known of it.
 
-use super::config::TrackingConfig;
+use super::config::{SensorModel, TrackingConfig};
 use super::doubt::Doubt;
 use super::extent::{Extent, Moments};
 use super::filter::TrackFilter;
@@ -26,6 +26,9 @@ pub(super) enum Stage {
     /// Ended in this scan; a confirmed track is published once more.
     Ended,
 }
+
+/// Slower than this one stands, m/s (assumed; transponders tell of who is parked below 0.5).
+const STANDS_MPS: f64 = 1.0;
 
 /// Slower targets show no course, m/s.
 const COURSE_FROM_MPS: f64 = 2.0;
@@ -55,6 +58,9 @@ pub(super) struct Track {
     pub(super) due: SimTime,
     /// Interval of the sensor that updated it last, s.
     pub(super) interval_s: f64,
+    /// How long after its last plot it is missed, s, and of which sensor that plot was.
+    pub(super) wait_s: f64,
+    pub(super) heard_by: SensorId,
     /// Updated in this scan.
     pub(super) updated: bool,
     pub(super) manoeuvre: bool,
@@ -152,9 +158,12 @@ impl Track {
         serial: u64,
         plot: &Plot,
         config: &TrackingConfig,
-        interval_s: f64,
+        model: &SensorModel,
     ) -> Result<Self, UpdateError> {
-        let way = Way::from_plot(plot, config)?;
+        let (interval_s, wait_s) =
+            (model.interval_s, model.interval_s.max(model.standing_interval_s));
+        let mut way = Way::from_plot(plot, config)?;
+        way.expect(interval_s);
         let mut track = Self {
             serial,
             outside: false,
@@ -166,8 +175,10 @@ impl Track {
             last_hit: plot.time,
             history: 0,
             looks: 0,
-            due: plot.time.plus_s(interval_s),
+            due: plot.time.plus_s(wait_s),
             interval_s,
+            wait_s,
+            heard_by: plot.sensor,
             updated: true,
             manoeuvre: false,
             rest: Rest::begun(plot),
@@ -358,11 +369,17 @@ impl Track {
     }
 
     /// A plot that was more likely of this target than not has been taken.
-    pub(super) fn note_hit(&mut self, plot: &Plot, interval_s: f64) {
+    ///
+    /// Of one that stands, and that one sensor alone tells of, nothing is missed before that tells of who stands.
+    pub(super) fn note_hit(&mut self, plot: &Plot, model: &SensorModel) {
         self.plots += 1;
         self.updated = true;
-        self.due = self.due.max(plot.time.plus_s(interval_s));
-        self.interval_s = interval_s;
+        let stands = self.filter().motion().1.norm() < STANDS_MPS && plot.sensor == self.heard_by;
+        let slowest_s = model.interval_s.max(model.standing_interval_s);
+        self.wait_s = if stands { slowest_s } else { model.interval_s };
+        self.due = self.due.max(plot.time.plus_s(self.wait_s));
+        (self.interval_s, self.heard_by) = (model.interval_s, plot.sensor);
+        self.way.expect(model.interval_s);
         self.last_hit = self.last_hit.max(plot.time);
         if let Some(height_m) = plot.altitude_m
             && self.altitude.is_none_or(|(_, at)| at <= plot.time)

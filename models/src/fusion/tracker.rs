@@ -129,7 +129,7 @@ impl Tracker {
             if !sound(&plot) || !state.is_sound() {
                 continue;
             }
-            let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s);
+            let track = Track::start(self.next_serial, &plot, &self.config, &model);
             let Ok(mut track) = track else { continue };
             let Some(number) = self.numbers.take(time, false) else { break };
             track.take_over(time, state, number);

@@ -1,7 +1,7 @@
 //! Updates of a filter: what one does, and what is kept of it so that it can be done again.
 
 use super::config::TrackingConfig;
-use super::filter::{TrackFilter, predict};
+use super::filter::{Gaps, TrackFilter, predict};
 use crate::filter::UpdateError;
 use crate::frames::{Point2, Vector2};
 use crate::plot::{Plot, SensorId, SensorKind};
@@ -145,9 +145,9 @@ pub(super) fn step(
     filter: &mut TrackFilter,
     update: Update<'_>,
     merge: bool,
-    config: &TrackingConfig,
+    (config, gaps): (&TrackingConfig, Gaps),
 ) -> Result<After, UpdateError> {
-    match run(filter, update, merge, config) {
+    match run(filter, update, merge, (config, gaps)) {
         Ok(()) => {
             if let Some((position_m, velocity_mps)) = filter.sound_motion() {
                 return Ok(After { position_m, velocity_mps, reborn: false });
@@ -166,12 +166,12 @@ fn run(
     filter: &mut TrackFilter,
     update: Update<'_>,
     merge: bool,
-    config: &TrackingConfig,
+    (config, gaps): (&TrackingConfig, Gaps),
 ) -> Result<(), UpdateError> {
-    let (time, life) = (update.plot().time, &config.life);
+    let time = update.plot().time;
     // After a long gap the state is carried on at constant velocity, not with an old acceleration.
-    if time.since_s(filter.time()) > life.constant_velocity_after_s {
-        let carried = predict(filter, time, life)?;
+    if time.since_s(filter.time()) > gaps.after_s {
+        let carried = predict(filter, time, gaps)?;
         filter.replace(time, &carried.state);
     }
     if merge {
@@ -192,22 +192,22 @@ fn run(
 pub(super) fn again(
     filter: &mut TrackFilter,
     update: &Record,
-    config: &TrackingConfig,
+    known: (&TrackingConfig, Gaps),
 ) -> Result<After, UpdateError> {
     match update {
         Record::Plot(taken) => {
             let plot = taken.plot();
             let update =
                 if taken.manoeuvre { Update::Manoeuvre(&plot) } else { Update::Plot(&plot) };
-            step(filter, update, taken.merged, config)
+            step(filter, update, taken.merged, known)
         }
         Record::Restart(both) => {
             let [first, last] = both.map(|taken| taken.plot());
-            step(filter, Update::Restart(&first, &last), both[1].merged, config)
+            step(filter, Update::Restart(&first, &last), both[1].merged, known)
         }
         Record::Weighted(plots) => {
             let merged = plots.first().is_some_and(|(taken, _)| taken.merged);
-            step(filter, Update::Weighted(&whole(plots)), merged, config)
+            step(filter, Update::Weighted(&whole(plots)), merged, known)
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::config::TrackingConfig;
 use super::consider::Consider;
-use super::filter::{TrackFilter, predict, slow_error};
+use super::filter::{Gaps, TrackFilter, predict, slow_error};
 use super::lag::Lag;
 use super::ring::{Past, RingOf, Slotted};
 use super::updates::{After, Record, Taken, Update, again, likeliest, step, whole};
@@ -49,13 +49,27 @@ pub(super) struct Way {
     now: TrackFilter,
     /// Where the updates of the last seconds are, each with the filter before it.
     past: Past,
+    /// How often its plots come, s.
+    interval_s: f64,
 }
 
 impl Way {
     /// # Errors
     /// If the plot is unsound or measures one direction only.
     pub(super) fn from_plot(plot: &Plot, config: &TrackingConfig) -> Result<Self, UpdateError> {
-        Ok(Self { now: TrackFilter::from_plot(config, plot)?, past: Past::default() })
+        let now = TrackFilter::from_plot(config, plot)?;
+        Ok(Self { now, past: Past::default(), interval_s: 0.0 })
+    }
+
+    /// Its plots come as often as this, s.
+    pub(super) fn expect(&mut self, interval_s: f64) {
+        self.interval_s = interval_s;
+    }
+
+    /// What is a long gap between them.
+    #[inline]
+    pub(super) fn gaps(&self, config: &TrackingConfig) -> Gaps {
+        config.life.gaps(self.interval_s)
     }
 
     /// This state, which is all that is known.
@@ -104,12 +118,12 @@ impl Way {
         oldest: SimTime,
         ring: &mut Ring,
     ) -> Applied {
-        let time = update.plot().time;
+        let (time, gaps) = (update.plot().time, self.gaps(config));
         let after = if self.now.time() <= time {
             let before = self.now.time();
             let update_again = update.record(merge);
             let slot = ring.put(Entry { before: self.now.clone(), update: update_again });
-            match step(&mut self.now, update, merge, config) {
+            match step(&mut self.now, update, merge, (config, gaps)) {
                 Ok(after) => {
                     ring[slot].note_beginning(after, update);
                     self.past.push(Slotted { before, slot });
@@ -130,7 +144,7 @@ impl Way {
             };
             let before = ring[self.past[place].slot].before.clone();
             let mut filter = before.clone();
-            let Ok(mut after) = step(&mut filter, update, merge, config) else {
+            let Ok(mut after) = step(&mut filter, update, merge, (config, gaps)) else {
                 return Applied::Refused;
             };
             let mut entry = Entry { before, update: update.record(merge) };
@@ -142,7 +156,7 @@ impl Way {
                 later.before.clone_from(&filter);
                 at.before = filter.time();
                 // What cannot be done again leaves the state of the update before it.
-                match again(&mut filter, &later.update, config) {
+                match again(&mut filter, &later.update, (config, gaps)) {
                     Ok(done) => after.reborn |= done.reborn,
                     Err(_) => filter.clone_from(&later.before),
                 }
@@ -167,9 +181,9 @@ impl Way {
         config: &TrackingConfig,
         ring: &Ring,
     ) -> Option<(Point2<f64>, Matrix2<f64>)> {
-        let life = &config.life;
+        let gaps = self.gaps(config);
         if self.now.time() <= then {
-            return Lag::of(&self.now, then, life).ok().map(|lag| lag.copy());
+            return Lag::of(&self.now, then, gaps).ok().map(|lag| lag.copy());
         }
         let first = self.past.iter().position(|at| {
             // The update that it leads to came after.
@@ -178,20 +192,20 @@ impl Way {
         let before = &ring[self.past[first].slot].before;
         if let TrackFilter::Considering(filter) = before {
             let mut filter = filter.clone();
-            if then.since_s(filter.time()) > life.constant_velocity_after_s {
+            if then.since_s(filter.time()) > gaps.after_s {
                 // After a long gap as its next update will find it, slow errors and all.
-                filter.replace(then, &predict(before, then, life).ok()?.state);
+                filter.replace(then, &predict(before, then, gaps).ok()?.state);
             }
             return self.revised(filter.copied(then).ok()?, first, config, ring);
         }
-        let mut lag = Lag::of(before, then, life).ok()?;
+        let mut lag = Lag::of(before, then, gaps).ok()?;
         for at in &self.past[first..] {
             let Entry { before, update } = &ring[at.slot];
             let done = match update {
                 // What no prediction foresaw says little of what was before it.
                 Record::Plot(taken) if taken.manoeuvre => Err(UpdateError::UnsoundPlot),
-                Record::Plot(taken) => lag.update(before, &[(taken.plot(), 1.0)], life),
-                Record::Weighted(plots) => lag.update(before, &whole(plots), life),
+                Record::Plot(taken) => lag.update(before, &[(taken.plot(), 1.0)], gaps),
+                Record::Weighted(plots) => lag.update(before, &whole(plots), gaps),
                 Record::Restart(_) => Err(UpdateError::UnsoundPlot),
             };
             if done.is_err() {
@@ -212,7 +226,7 @@ impl Way {
         let mut found = filter.copy()?;
         for at in &self.past[first..] {
             let update = &ring[at.slot].update;
-            if update.time().since_s(filter.time()) > config.life.constant_velocity_after_s {
+            if update.time().since_s(filter.time()) > self.gaps(config).after_s {
                 break;
             }
             // What no prediction foresaw says little of what was before it.

@@ -392,7 +392,8 @@ impl Tracker {
         // All at the time of the likeliest, moved by the predicted velocity.
         let time = work.candidates[k].plot.time;
         let Some(filter) = self.tracks[index].way.filter_before(time, &self.ring) else { return };
-        let Ok(at) = predict(filter, time, &self.config.life) else { return };
+        let gaps = self.tracks[index].way.gaps(&self.config);
+        let Ok(at) = predict(filter, time, gaps) else { return };
         let velocity = at.velocity_mps();
         let mut plots = std::mem::take(&mut work.weighted);
         plots.clear();

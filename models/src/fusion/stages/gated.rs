@@ -174,7 +174,6 @@ impl Tracker {
         widest_m2: f64,
     ) -> Option<Box2> {
         let (begin, end) = span;
-        let life = &self.config.life;
         if track.plots == 1 {
             // As far as its class can go since its only plot.
             let margin = 3.0 * (2.0 * widest_m2).sqrt();
@@ -194,8 +193,9 @@ impl Tracker {
             .way
             .filter_before(begin, &self.ring)
             .or_else(|| track.way.filter_before(end, &self.ring))?;
-        let (last, s) = position_at(base, end, life).ok()?;
-        let first = place_at(base, begin.max(base.time()), life).unwrap_or(last);
+        let gaps = track.way.gaps(&self.config);
+        let (last, s) = position_at(base, end, gaps).ok()?;
+        let first = place_at(base, begin.max(base.time()), gaps).unwrap_or(last);
         let half = Vector2::new(
             (self.gate_1 * (s.xx + widest_m2)).sqrt(),
             (self.gate_1 * (s.yy + widest_m2)).sqrt(),
@@ -394,13 +394,14 @@ impl Tracker {
     ) -> Option<Nis> {
         let config = &self.config;
         let filter = track.way.filter_before(time, &self.ring)?;
-        let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
+        let gaps = track.way.gaps(config);
+        let soon = time.since_s(filter.time()) <= gaps.after_s;
         let time = filter.time().plus_s(self.reckoned_s(track, time.since_s(filter.time())));
         let known = plot.polar.is_some().then(|| track.as_known(plot, &self.registration));
         let nis = match filter.considered(known.as_ref().unwrap_or(plot), config) {
             Some(found) if soon => found.ok()?,
             _ => {
-                let (at, cov) = position_at(filter, time, &config.life).ok()?;
+                let (at, cov) = position_at(filter, time, gaps).ok()?;
                 let m = known.map_or(Ok(*m), |plot| Measurement::of(&plot)).ok()?;
                 nis_at(at, cov, &m).ok()?
             }
@@ -413,7 +414,7 @@ impl Tracker {
     /// For how long a track that was last seen so long before `plot` is reckoned to have moved, s. One that stood then is
     /// looked for there: as if a look or two had passed.
     pub(in crate::fusion) fn reckoned_s(&self, track: &Track, dt_s: f64) -> f64 {
-        let longest_s = self.config.life.constant_velocity_after_s;
+        let longest_s = track.way.gaps(&self.config).after_s;
         if track.rest.place_m().is_some() { dt_s.min(longest_s) } else { dt_s }
     }
 }

@@ -37,7 +37,7 @@ impl Tracker {
                 let track = &self.tracks[bodied[body] as usize];
                 let time = plot.time.max(track.time());
                 gated[k] |= track.size_m.is_some()
-                    && position_at(track.filter(), time, &self.config.life)
+                    && position_at(track.filter(), time, track.way.gaps(&self.config))
                         .is_ok_and(|(at, _)| doubles::on_body(track, at, place, 0.0));
             };
             let (low, high) = (place - around, place + around);
@@ -74,7 +74,7 @@ impl Tracker {
                 self.statistics.no_room += 1;
                 continue;
             }
-            let track = Track::start(self.next_serial, plot, &self.config, model.interval_s);
+            let track = Track::start(self.next_serial, plot, &self.config, model);
             let Ok(mut track) = track else {
                 self.statistics.unsound += 1;
                 self.outcomes[*index] = Outcome::Unsound;

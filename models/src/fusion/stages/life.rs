@@ -46,7 +46,7 @@ impl Tracker {
                         doubt.survive(now, track.evidence.took_off.is_some(), rules);
                         doubt.miss(position_m, places);
                     }
-                    track.due = track.due.plus_s(track.interval_s.max(1e-3));
+                    track.due = track.due.plus_s(track.wait_s.max(1e-3));
                 }
             }
             let before = track.stage;
@@ -80,7 +80,7 @@ fn present(
     statistics: &mut Statistics,
 ) -> Option<Estimate> {
     let sound = |track: &Track| {
-        let at = predict(track.filter(), now, &config.life).ok()?;
+        let at = predict(track.filter(), now, track.way.gaps(config)).ok()?;
         at.state.is_sound().then_some(at)
     };
     let at = sound(track);
@@ -214,8 +214,11 @@ fn drop_if_lost(
     statistics: &mut Statistics,
 ) {
     let life = &config.life;
-    // Nothing on or over a runway is that fast: a state that has gone wrong.
-    let fast = at.velocity_mps().norm() > IMPOSSIBLE_MPS;
+    // Nothing on or over a runway is that fast: a state that has gone wrong. Who says that he is high may be.
+    let fresh = |told: &SimTime| at.time.since_s(*told) <= HEIGHT_KEPT_S;
+    let high =
+        track.altitude.is_some_and(|(height_m, told)| height_m > OVERFLIES_M && fresh(&told));
+    let fast = at.velocity_mps().norm() > IMPOSSIBLE_MPS && !high;
     track.too_fast = if fast { track.too_fast + 1 } else { 0 };
     if track.too_fast >= TOO_FAST_SCANS {
         track.stage = Stage::Ended;
@@ -262,6 +265,9 @@ fn drop_if_lost(
 
 /// Faster than any target of a surface sensor, m/s (assumed; the fastest touch down at 90).
 const IMPOSSIBLE_MPS: f64 = 150.0;
+
+/// Higher than this one flies over the field, m (assumed).
+const OVERFLIES_M: f64 = 150.0;
 
 /// Faster than this what has begun its run is in the air, m/s (assumed; rotation at 60 to 80).
 const AIRBORNE_MPS: f64 = 70.0;

@@ -53,7 +53,8 @@ impl Tracker {
             for k in pairs.iter().map(|pair| pair.k as usize).filter(|&k| !work.used[k]) {
                 let plot = &work.candidates[k].plot;
                 let Some(filter) = track.way.filter_before(plot.time, &self.ring) else { continue };
-                let Ok((at, _)) = position_at(filter, plot.time, &self.config.life) else {
+                let Ok((at, _)) = position_at(filter, plot.time, track.way.gaps(&self.config))
+                else {
                     continue;
                 };
                 let distance = (plot.position_m - at).norm();

@@ -79,7 +79,7 @@ impl Tracker {
         };
         let new_name = plot.identity.filter(|name| hit && !track.is(*name));
         if hit {
-            track.note_hit(plot, model.interval_s);
+            track.note_hit(plot, model);
             work.used[k] = true;
             work.track_used[index] = true;
         }
