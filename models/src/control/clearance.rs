@@ -121,8 +121,6 @@ pub struct Strip {
     pub moved_until: Option<SimTime>,
     /// Runway and time at which a clearance to take off or land last ended by itself.
     pub flew_until: Option<(usize, SimTime)>,
-    /// Runway and time at which a clearance to cross, backtrack on or enter one last ended by itself.
-    pub left: Option<(usize, SimTime)>,
     /// When a clearance to take off last ended by itself: as the wheels left the ground.
     pub lifted_off: Option<SimTime>,
     /// Cleared way, m; empty: not known.
@@ -234,7 +232,6 @@ impl Board {
                         kinds: Kinds::default(),
                         moved_until: None,
                         flew_until: None,
-                        left: None,
                         lifted_off: None,
                         way_m: Vec::new(),
                         stand_m: None,
@@ -317,7 +314,6 @@ impl Board {
             });
             self.about_runways = indices(|s| {
                 s.flew_until.is_some()
-                    || s.left.is_some()
                     || s.kinds.has(ClearanceKind::GoAround)
                     || s.standing.iter().any(|c| c.runway.is_some())
             });
@@ -342,13 +338,6 @@ impl Board {
                 if c.kind == ClearanceKind::TakeOff {
                     strip.lifted_off = c.until;
                 }
-            }
-            let drives = |c: &&Clearance| {
-                use ClearanceKind::{Backtrack, Cross, Enter};
-                over(c) && matches!(c.kind, Cross | Backtrack | Enter)
-            };
-            for c in strip.standing.iter().filter(drives) {
-                strip.left = c.runway.map(|r| r.0).zip(c.until).or(strip.left);
             }
             strip.standing.retain(|c| !over(c));
             any = true;

@@ -255,16 +255,6 @@ impl One<'_, '_> {
         self.its(r, |strip| strip.flew_until.is_some_and(just))
     }
 
-    /// Whether it was cleared to cross or to drive there until just now: a clearance ends when the tail is off, before a track
-    /// is known to be.
-    fn has_left(&self, r: usize) -> bool {
-        let Some(doubt) = &self.rules.parameters.doubt else { return false };
-        let just = |(runway, at): (usize, SimTime)| {
-            runway == r && self.rules.now.since_s(at) <= doubt.left_s
-        };
-        self.its(r, |strip| strip.left.is_some_and(just))
-    }
-
     fn kinds(&self) -> Kinds {
         self.strip.map_or_else(Kinds::default, |s| s.kinds)
     }
@@ -315,7 +305,7 @@ impl One<'_, '_> {
         let rolled = p.doubt.is_some() && s.last_fast.is_some_and(|at| now.since_s(at) <= ROLLS_S);
         let rolls = s.fast.is_some() || rolled;
         let entered = !rolls && s.on_final.is_none() && !s.airborne && !landed;
-        if entered && !self.cleared(&allowed, r, None) && !self.has_left(r) && !elsewhere() {
+        if entered && !self.cleared(&allowed, r, None) && !elsewhere() {
             self.raise(AlertKind::NoRunwayClearance, Stage::Alarm, Some(r));
         }
         let Some(strip) = self.strip.filter(|_| s.target.class != TargetClass::Vehicle) else {

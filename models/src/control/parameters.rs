@@ -57,8 +57,6 @@ pub struct Doubt {
     pub final_s: f64,
     /// And that final has to have begun so long before the threshold, s: nobody comes from nowhere.
     pub from_s: f64,
-    /// Who was cleared to cross, or to drive on a runway, may be seen there for so long after he has left it, s.
-    pub left_s: f64,
     /// A name that a track had so recently, s, and that nobody has now, is still its name.
     pub name_s: f64,
     /// Scans in a row for movements off the runways (push, taxi, speed, way), stop bars and landings without clearance.
@@ -94,7 +92,6 @@ impl Default for Doubt {
             over_bar_m: 2.0,
             final_s: 10.0,
             from_s: 15.0,
-            left_s: 6.0,
             name_s: 60.0,
             move_scans: 2,
         }

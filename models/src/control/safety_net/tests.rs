@@ -5,9 +5,7 @@ use crate::control::situation::TargetClass;
 use crate::frames::Point2;
 use crate::frames::Vector2;
 
-mod areas_and_types;
 mod jumps;
-mod leaves;
 mod places;
 mod sets_off;
 mod stands;
