@@ -30,6 +30,7 @@ use std::io::ErrorKind;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread::JoinHandle;
 
 /// A message of the federation.
 #[derive(Clone, Debug)]
@@ -124,6 +125,8 @@ pub struct Keeper {
     map: AirportMap,
     page: Option<Arc<Page>>,
     log: Option<Log>,
+    /// Logs of earlier runs, which are being closed.
+    closing: Vec<JoinHandle<()>>,
     database: Option<PathBuf>,
     recorder: Option<Recorder>,
     state: Option<RunState>,
@@ -186,6 +189,7 @@ impl Keeper {
             map,
             page,
             log,
+            closing: Vec::new(),
             database,
             recorder,
             state: None,
@@ -310,7 +314,13 @@ impl Keeper {
             self.fact("datagrams_recorded", &self.kept.datagrams.to_string());
             self.fact("datagrams_lost", &self.kept.datagrams_lost.to_string());
         }
-        self.close_log();
+        let state = self.state.take();
+        self.close_log(state.as_ref());
+        for thread in self.closing.drain(..) {
+            if thread.join().is_err() {
+                tracing::error!("a log was not closed: its thread ended by a broken invariant");
+            }
+        }
         self.kept.clone()
     }
 
@@ -408,7 +418,7 @@ impl Keeper {
             self.last_scan = None;
             self.beside = None;
             self.tolerances = None;
-            self.close_log();
+            self.close_log(before.as_ref());
             self.marks = Marks::default();
             self.notes = Notes::of(&self.map);
             self.people.clear();
@@ -446,20 +456,29 @@ impl Keeper {
         }
     }
 
-    fn close_log(&mut self) {
+    /// Closes the log of the run whose last state this is. Its traffic is stepped once more for that, which takes a while: beside the run
+    /// that follows, and [`Self::close`] waits for it.
+    fn close_log(&mut self, state: Option<&RunState>) {
         let Some(mut log) = self.log.take() else { return };
-        if let Some(state) = &self.state
-            && let Some((core, told)) =
-                core_after(&self.scene, state.seed, state.frame, &self.people)
-            && let Err(error) = log.traffic(&self.scene, &core, &told, &self.people)
-        {
-            tracing::error!("{error}");
-        }
         let (written, lost) = log.scans();
         self.kept.scans += written;
         self.kept.scans_lost += lost;
-        if let Err(error) = log.close() {
-            tracing::error!("{error}");
+        let (scene, people) = (Arc::clone(&self.scene), std::mem::take(&mut self.people));
+        let end = state.map(|s| (s.seed, s.frame));
+        let work = move || {
+            if let Some((seed, frame)) = end
+                && let Some((core, told)) = core_after(&scene, seed, frame, &people)
+                && let Err(error) = log.traffic(&scene, &core, &told, &people)
+            {
+                tracing::error!("{error}");
+            }
+            if let Err(error) = log.close() {
+                tracing::error!("{error}");
+            }
+        };
+        match std::thread::Builder::new().name("log".to_owned()).spawn(work) {
+            Ok(thread) => self.closing.push(thread),
+            Err(error) => tracing::error!("the log could not be closed: {error}"),
         }
     }
 
@@ -527,6 +546,7 @@ fn time_name(utc_ns: i64) -> String {
 mod tests {
     use super::*;
     use crate::runtime::life_cycle::Phase;
+    use crate::runtime::messages::SeatEvent;
     use crate::viewer_logger::log::tests::Folder;
     use crate::viewer_logger::tests::{scan, weather};
     use models::control::alert::{AlertKind, Change, Stage};
@@ -581,6 +601,37 @@ mod tests {
         assert_eq!(rows(&second, "SELECT count(*) FROM scans"), 1);
         let recorded = std::fs::metadata(files.recording.expect("a recording")).expect("a file");
         assert!(recorded.len() > 4 * 46);
+    }
+
+    /// The tables of traffic that behaves are written at the end of a run, also where another one follows it.
+    #[test]
+    fn a_run_of_behaving_traffic_that_is_followed_by_another_has_its_tables() {
+        let folder = Folder::new();
+        let files = Files::in_folder(&folder.0, 1_763_684_465_000_000_000);
+        let first = files.database.clone().expect("a database");
+        let scene = scenarios::load(&scenarios::locate("xsyn")).expect("the scene is sound");
+        let mut keeper = Keeper::open(Arc::new(scene), None, &files).expect("opened");
+        let at = |run: u32, frame: u64| {
+            let phase = Phase::Running;
+            Heard::State(RunState { run, phase, seed: 7, frame, ..RunState::default() })
+        };
+        keeper.hear(at(1, 0), 1);
+        keeper.hear(Heard::Scan(Box::new(scan(1))), 2);
+        let (seat, person) = ("ground".to_owned(), "me".to_owned());
+        let event = SeatEvent::Silent { frame: 5, seat, person };
+        keeper.hear(Heard::Inputs(vec![SeatMessage { run: 1, number: 1, event }]), 2);
+        keeper.hear(at(1, 6000), 3);
+        keeper.hear(at(2, 0), 4);
+        keeper.hear(at(2, 6000), 5);
+        keeper.close(0);
+        let second = first.with_file_name("run-2.sqlite");
+        let count = |file: &Path, table: &str| rows(file, &format!("SELECT count(*) FROM {table}"));
+        for table in ["movements", "measures"] {
+            assert!(count(&first, table) > 0, "{table}");
+            assert_eq!(count(&first, table), count(&second, table), "{table}: one seed");
+        }
+        let inputs = [&first, &second].map(|file| count(file, "inputs"));
+        assert_eq!(inputs, [1, 0], "what people did is of their run");
     }
 
     /// The second of two used to write over the first, or to be refused as a stranger.
