@@ -91,9 +91,9 @@ impl Session {
         let Some(viewer) = all.get(self.runs.first().copied().unwrap_or(0)) else { return out };
         let source = viewer.source();
         if self.generation != viewer.generation {
-            let runs = std::mem::take(&mut self.runs);
-            *self =
-                Self { seen: self.seen, generation: viewer.generation, runs, ..Self::default() };
+            // Who sits somewhere sits there in the new run, too, and sees from there.
+            let Self { runs, seat, seen, .. } = std::mem::take(self);
+            *self = Self { seen, generation: viewer.generation, runs, seat, ..Self::default() };
             out.push(Outgoing::Text(r#"{"type":"new_run"}"#.into()));
         }
         self.list(all, &mut out);

@@ -265,3 +265,28 @@ fn the_cab_is_over_the_highest_roof_else_at_a_radar_else_in_the_middle() {
     assert_eq!(map.cab_m(), [10.0, 20.0, 45.0]);
     assert_eq!(picture::AirportMap::default().cab_m(), [0.0, 0.0, 45.0]);
 }
+
+#[test]
+fn a_new_run_is_seen_from_the_same_seats_and_windows() {
+    for (seat, eye) in [("pilot SWR1", false), ("tower 1", false), ("tower 1", true)] {
+        let mut viewer = viewer(f64::INFINITY);
+        let mut session = Session::default();
+        if eye {
+            session.looks_out();
+        }
+        session.sits(&order(seat, SeatAction::Take));
+        // Errors, which are none, equal nothing.
+        let whom = |out: &[Outgoing]| {
+            let (tracks, truth, plots, pairs) = seen(out);
+            (tracks, truth, plots, pairs.iter().all(|p| p.1.is_nan()))
+        };
+        let before = whom(&session.poll(&viewer));
+        assert!(!eye || before.1.len() >= 3, "{before:?}");
+        let mut again = busy();
+        (again.run, again.time_ns) = (2, again.time_ns - 1_000_000_000);
+        viewer.on_scan(&again);
+        let out = session.poll(&viewer);
+        assert!(all_of(&out).contains("new_run"));
+        assert_eq!(whom(&out), before, "{seat}, eye {eye}");
+    }
+}
