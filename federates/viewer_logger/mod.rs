@@ -65,6 +65,8 @@ pub struct Viewer {
     version: u64,
     topics: BTreeMap<&'static str, (u64, Arc<str>)>,
     operations: VecDeque<Operation>,
+    /// How many of them are of earlier runs.
+    operations_before: usize,
     plan: Vec<[String; 5]>,
     weather: Vec<WeatherNotice>,
     federates: BTreeMap<String, Load>,
@@ -119,6 +121,7 @@ impl Viewer {
             version: 0,
             topics: BTreeMap::new(),
             operations: VecDeque::new(),
+            operations_before: 0,
             plan: Vec::new(),
             weather: Vec::new(),
             federates: BTreeMap::new(),
@@ -334,7 +337,8 @@ impl Viewer {
             weather.dedup_by(|later, earlier| later.text == earlier.text);
             events.extend(weather);
             events.extend(self.said.events());
-            events.extend(self.operations.iter().map(log::operation_event));
+            let of_this_run = self.operations.iter().skip(self.operations_before);
+            events.extend(of_this_run.map(log::operation_event));
             events.sort_by_key(|e| e.time_ns);
         }
         events
@@ -372,6 +376,7 @@ impl Viewer {
     pub fn on_state(&mut self, state: &RunState) {
         if self.state.as_ref().is_some_and(|before| before.run < state.run) {
             self.said.clear(); // of the run before
+            self.operations_before = self.operations.len();
         }
         self.state = Some(state.clone());
         let mut message = json!({"type": "state", "state": state});
@@ -405,6 +410,7 @@ impl Viewer {
         self.operations.push_back(operation);
         while self.operations.len() > OPERATIONS {
             self.operations.pop_front();
+            self.operations_before = self.operations_before.saturating_sub(1);
         }
         self.set("operations", json!({"type": "operations", "operations": self.operations}));
     }

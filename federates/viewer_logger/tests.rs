@@ -199,6 +199,29 @@ fn a_restarted_run_begins_the_history_anew() {
 }
 
 #[test]
+fn the_time_line_marks_what_operators_did_in_this_run() {
+    let mut viewer = Viewer::new(1 << 20);
+    let freeze = |time_ns: i64| Operation {
+        time_ns,
+        command: "freeze".to_owned(),
+        ok: true,
+        ..Operation::default()
+    };
+    let marked = |viewer: &Viewer| viewer.events().iter().map(|e| e.time_ns).collect::<Vec<_>>();
+    viewer.on_state(&RunState { run: 1, ..RunState::default() });
+    (1..=3).for_each(|n| viewer.on_operation(freeze(n)));
+    assert_eq!(marked(&viewer), [1, 2, 3]);
+    viewer.on_state(&RunState { run: 2, ..RunState::default() });
+    viewer.on_operation(freeze(9));
+    assert_eq!(marked(&viewer), [9]);
+    // The oldest go, those of the run before first.
+    (0..OPERATIONS as i64 - 3).for_each(|n| viewer.on_operation(freeze(10 + n)));
+    assert_eq!(marked(&viewer).len(), OPERATIONS - 2);
+    let operations = &viewer.topics["operations"].1;
+    assert_eq!(operations.matches("freeze").count(), OPERATIONS, "the list has all");
+}
+
+#[test]
 fn the_history_keeps_to_its_limit_and_says_what_it_dropped() {
     let mut history = History::new(20_000);
     for n in 1..=200 {

@@ -90,6 +90,14 @@ export class AlertPanel {
     if (fresh.length) this.#tone(Boolean(alarm));
   }
 
+  /** Another run: its alerts are numbered from 1 again, and none of them was seen before. */
+  forget() {
+    this.#known.clear();
+    this.#runways.clear();
+    this.#text = "";
+    this.show({ open: [], ended: [] });
+  }
+
   draw() {
     const { open, ended } = this, text = JSON.stringify([open, ended]);
     if (text === this.#text) return;

@@ -15,7 +15,7 @@ import { keyboard } from "./keys.js";
 import { Link } from "./link.js";
 import { keepLocal, readLocal } from "./local.js";
 import { Panes } from "./panes.js";
-import { runList } from "./runs.js";
+import { forgetSaid, otherFirst, runList } from "./runs.js";
 import { MapView } from "./map.js";
 import { clearanceFacts, StripPanel, stripsOf, withTargets } from "./strips.js";
 import { sidePanes } from "./sidepanes.js";
@@ -175,6 +175,10 @@ function onText(message) {
       break;
     case "runs":
       state.runs = message.runs;
+      if (otherFirst(state.shownRuns, message.shown)) {
+        state.operations = [];
+        forgetSaid({ state, map, alerts });
+      }
       state.shownRuns = message.shown;
       map.others.clear();
       compared.forget();
@@ -237,10 +241,7 @@ function onText(message) {
       setLive(true);
       select(null);
       map.forgetLabels();
-      state.traffic = null;
-      alerts.show({ open: [], ended: [] });
-      map.setSaid({ alerts: [], traffic: null, lights: null });
-      map.setForeign([]);
+      forgetSaid({ state, map, alerts });
       break;
     case "refused":
       showAnswer({ accepted: false, text: message.text });

@@ -4,6 +4,17 @@ import { element } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
 
+/** Whether the first of the runs shown, which tells the time, is another one than before. */
+export const otherFirst = (before, shown) => before.length > 0 && before[0] !== shown[0];
+
+/** What was said of the run shown is of that run alone: another one, or one that begins again, says it anew. */
+export function forgetSaid({ state, map, alerts }) {
+  state.traffic = null;
+  alerts.forget();
+  map.setSaid({ alerts: [], traffic: null, lights: null });
+  map.setForeign([]);
+}
+
 /** `page` has state, link, forgetStrip() and changed(). */
 export function runList({ state, link, forgetStrip, changed }) {
   function showRuns() {
