@@ -11,6 +11,7 @@ use crate::runtime::messages::{SeatAction, SeatOrder, WeatherNotice};
 use models::time::SimTime;
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// The seats that a browser sees from: its own, and those that its person has on other pages. Without one it sees everything.
 #[derive(Debug, Default)]
@@ -68,6 +69,22 @@ impl SeatView {
     /// Whether only movers are sat in.
     pub(super) fn only_aboard(&self) -> bool {
         !self.is_free() && self.seats.iter().all(|seat| aboard_of(seat).is_some())
+    }
+
+    /// What is told on a topic, as it is heard at the seats; none where it is not for them.
+    pub(super) fn topic(&self, word: &str, told: &Arc<str>) -> Option<Arc<str>> {
+        match word {
+            _ if self.is_free() => Some(Arc::clone(told)),
+            // How well the run is doing is for who judges it.
+            "timeline" => {
+                let mut line: Value = serde_json::from_str(told).ok()?;
+                line["measures"] = Value::Array(Vec::new());
+                Some(line.to_string().into())
+            }
+            "rungs" | "tolerances" => None,
+            word if self.only_aboard() && !ABOARD.contains(&word) => None,
+            _ => Some(Arc::clone(told)),
+        }
     }
 
     /// For the page: where one sits.
@@ -170,6 +187,9 @@ fn hides(from: [f64; 3], to: [f64; 3], block: &Block) -> bool {
     });
     cuts.map(|t| from[2] + t * dz).any(|height_m| height_m < block.height_m)
 }
+
+/// Topics that are sent aboard beside the time line, which is without its measures there; no other, whatever comes to be told.
+const ABOARD: [&str; 5] = ["scene", "state", "weather", "flights", "federates"];
 
 /// −ln 0.05.
 const FIVE_PERCENT: f64 = 2.9957;

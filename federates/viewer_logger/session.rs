@@ -33,6 +33,7 @@ pub struct Session {
     explained: Option<(u64, u16)>, // scan and track
     curve_from: u64,
     seat: SeatView,
+    sees_else: bool, // since the last poll: from another seat
 }
 
 /// A message to the browser.
@@ -97,11 +98,15 @@ impl Session {
             out.push(Outgoing::Text(r#"{"type":"new_run"}"#.into()));
         }
         self.list(all, &mut out);
-        let mut news: Vec<_> = viewer.topics.iter().filter(|(_, t)| t.0 > self.seen).collect();
+        // Who sits somewhere else now was not sent all before, or is to see less of it.
+        let again = std::mem::take(&mut self.sees_else);
+        let mut news: Vec<_> = viewer.topics.iter().collect();
+        news.retain(|(word, t)| t.0 > self.seen || (again && !WHOLE.contains(*word)));
         news.sort_by_key(|(_, t)| t.0);
-        let judges = |word: &str| ["rungs", "tolerances"].contains(&word);
-        news.retain(|(word, _)| self.seat.is_free() || !judges(word));
-        out.extend(news.into_iter().map(|(_, t)| Outgoing::Text(t.1.clone())));
+        out.extend(news.into_iter().filter_map(|(word, t)| {
+            let told = self.seat.topic(word, &t.1)?;
+            Some(Outgoing::Text(told))
+        }));
         self.seen = viewer.version;
         let newest = source.range().map(|r| r.1);
         if let Some(scan) = self.shown.or(newest).and_then(|scan| source.nearest(scan))
@@ -322,8 +327,15 @@ impl Session {
         self.sent_said = Default::default();
         self.explained = None;
         self.curve_from = 0;
+        self.sees_else = true;
         let seats: Vec<&str> = self.seat.seats().collect();
         let mut out = vec![Outgoing::json(&json!({"type": "sees", "seats": seats}))];
+        if self.seat.only_aboard() {
+            // What was known of them goes.
+            for text in [NO_FOREIGN, NO_PLAN, NO_OPERATIONS] {
+                out.push(Outgoing::Text(text.into()));
+            }
+        }
         if let Some(track) = self.selected.filter(|_| !self.seat.is_free()) {
             out.push(Outgoing::json(
                 &json!({"type": "curve", "track": track, "reset": true, "points": []}),
@@ -412,6 +424,11 @@ pub(super) fn refused(reason: &str) -> Outgoing {
 }
 
 const NO_ALERTS: &str = r#"{"type":"alerts","open":[],"ended":[]}"#;
+const NO_FOREIGN: &str = r#"{"type":"foreign","tracks":[]}"#;
+const NO_PLAN: &str = r#"{"type":"plan","rows":[]}"#;
+const NO_OPERATIONS: &str = r#"{"type":"operations","operations":[]}"#;
+/// Topics that everybody is sent alike.
+const WHOLE: [&str; 5] = ["scene", "state", "weather", "flights", "federates"];
 /// Runs on one clock, at most.
 pub(super) const MOST_RUNS: usize = 8;
 /// Changes of one fork, at most.

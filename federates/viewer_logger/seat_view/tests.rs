@@ -290,3 +290,37 @@ fn a_new_run_is_seen_from_the_same_seats_and_windows() {
         assert_eq!(whom(&out), before, "{seat}, eye {eye}");
     }
 }
+
+#[test]
+fn no_seat_is_told_how_well_the_run_does_and_a_cockpit_no_plan_operator_or_other_trackers_tracks() {
+    use crate::runtime::messages::Operation;
+    let mut viewer = viewer(f64::INFINITY);
+    viewer.on_plan(&[["1", "fog", "w", "b", "as decided"].map(str::to_owned)]);
+    viewer.on_operation(Operation { command: "freeze".to_owned(), ..Operation::default() });
+    viewer.tell("foreign", json!({"type": "foreign", "tracks": [{"callsign": "CAR2"}]}));
+    viewer.tell("later", json!({"type": "later"}));
+    let told = |out: &[Outgoing]| {
+        let all = all_of(out);
+        ["pd_asde", "as decided", "\"freeze\"", "CAR2", "\"later\"", "\"weather\"", "\"scene\""]
+            .map(|what| all.contains(what))
+    };
+    let mut session = Session::default();
+    let all = [true; 7];
+    assert_eq!(told(&session.poll(&viewer)), all);
+    let taken = all_of(&session.sits(&order("pilot SWR1", SeatAction::Take)));
+    for gone in [r#""tracks":[]"#, r#""rows":[]"#, r#""operations":[]"#] {
+        assert!(taken.contains(gone), "what was known goes: {taken}");
+    }
+    let aboard = session.poll(&viewer);
+    assert!(all_of(&aboard).contains(r#""measures":[]"#), "{}", all_of(&aboard));
+    assert_eq!(told(&aboard)[..5], [false; 5]);
+    // Of a page that is opened at the seat, and of one that judges again.
+    let mut fresh = Session::default();
+    fresh.sits(&order("pilot SWR1", SeatAction::Take));
+    assert_eq!(told(&fresh.poll(&viewer)), [false, false, false, false, false, true, true]);
+    let mut tower = Session::default();
+    tower.sits(&order("tower 1", SeatAction::Take));
+    assert_eq!(told(&tower.poll(&viewer)), [false, true, true, true, true, true, true]);
+    session.sits(&order("pilot SWR1", SeatAction::Leave));
+    assert_eq!(told(&session.poll(&viewer)), [true, true, true, true, true, false, false]);
+}
