@@ -16,8 +16,9 @@ use crate::smdfm::front_end::FrontEnd;
 use crate::traffic_generator::TrafficGenerator;
 use crate::visitors::Visitors;
 use crate::visitors::seats::read_inputs;
-use crossbeam_channel::unbounded;
+use crossbeam_channel::{Sender, unbounded};
 use scenarios::Scene;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -36,12 +37,55 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
         "--in-process has no gateway: leave out {}, or --in-process",
         given.join(" and ")
     );
-    let mut line = None;
-    let code = federation(args, scene, |summary| line = Some(summary.line()))?;
+    let (scene, mut line) = (Arc::new(scene.clone()), None);
+    let interrupt = Interrupt::heard();
+    let code = federation(args, &scene, &interrupt, |summary| line = Some(summary.line()))?;
     if let Some(line) = line {
         print_line(&line);
     }
     Ok(code)
+}
+
+/// Whether somebody wants an end, for all runs of this process: a process has one handler, and a run after another hears it, too.
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt {
+    asked: Arc<AtomicBool>,
+    /// The run that goes on.
+    run: Arc<Mutex<Option<Sender<admin_station::Event>>>>,
+}
+
+impl Interrupt {
+    /// Hears Ctrl-C from now on. Where the process has a handler already (tests), that one is kept.
+    #[must_use]
+    pub fn heard() -> Self {
+        let interrupt = Self::default();
+        let own = interrupt.clone();
+        let _ = ctrlc::set_handler(move || own.ask());
+        interrupt
+    }
+
+    /// Ends the run that goes on.
+    pub fn ask(&self) {
+        self.asked.store(true, Ordering::SeqCst);
+        let run = self.run.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(stop) = &*run {
+            let _ = stop.send(admin_station::Event::Stop);
+        }
+    }
+
+    /// Whether an end was asked for.
+    #[must_use]
+    pub fn asked(&self) -> bool {
+        self.asked.load(Ordering::SeqCst)
+    }
+
+    /// From now on this is the run that goes on.
+    fn reaches(&self, stop: Sender<admin_station::Event>) {
+        *self.run.lock().unwrap_or_else(PoisonError::into_inner) = Some(stop);
+        if self.asked() {
+            self.ask(); // between the last run and this one
+        }
+    }
 }
 
 /// Runs a federation on threads of this process and hands over the summary of each closed run.
@@ -50,40 +94,34 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
 /// If a federate or the bus fails.
 pub fn federation(
     args: &RunArgs,
-    scene: &Scene,
+    scene: &Arc<Scene>,
+    interrupt: &Interrupt,
     mut closed: impl FnMut(RunSummary),
 ) -> anyhow::Result<u8> {
-    let scene = Arc::new(scene.clone());
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let (hub, ether) = (LocalHub::default(), LocalEther::default());
     let admin_events = unbounded();
-    let stop = admin_events.0.clone();
-    // A second federation of one process (tests) keeps the first handler.
-    let _ = ctrlc::set_handler(move || {
-        let _ = stop.send(admin_station::Event::Stop);
-    });
+    interrupt.reaches(admin_events.0.clone());
     let mut federates: Vec<(String, Box<dyn Federate>)> = (1..=args.generators)
         .map(|share| {
             let generator =
-                TrafficGenerator::new(Arc::clone(&scene), exercise, share, args.generators);
+                TrafficGenerator::new(Arc::clone(scene), exercise, share, args.generators);
             (generator_name(share, args.generators), Box::new(generator) as Box<dyn Federate>)
         })
         .collect();
-    federates.push((
-        "external-world".into(),
-        Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
-    ));
-    federates.push((smdfm_name(1), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
+    federates
+        .push(("external-world".into(), Box::new(ExternalWorld::new(Arc::clone(scene), exercise))));
+    federates.push((smdfm_name(1), Box::new(Smdfm::new(Arc::clone(scene), exercise))));
     for share in 2..=args.smdfms {
-        let front_end = FrontEnd::new(Arc::clone(&scene), exercise, share, args.smdfms);
+        let front_end = FrontEnd::new(Arc::clone(scene), exercise, share, args.smdfms);
         federates.push((smdfm_name(share), Box::new(front_end)));
     }
-    if has_control(&scene) {
-        federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene), exercise))));
+    if has_control(scene) {
+        federates.push(("control".into(), Box::new(Control::new(Arc::clone(scene), exercise))));
     }
     if let Some(file) = &args.inputs {
-        let visitors = Visitors::new(Arc::clone(&scene), exercise);
-        visitors.seats().lock().follow(read_inputs(file, &scene)?);
+        let visitors = Visitors::new(Arc::clone(scene), exercise);
+        visitors.seats().lock().follow(read_inputs(file, scene)?);
         federates.push(("visitors".into(), Box::new(visitors)));
     }
     let mut threads = Vec::new();
@@ -132,7 +170,7 @@ pub fn federation(
         balance: false,
         refused: Arc::default(),
         bus: Arc::new(hub.join()),
-        config: conductor_config(&scene, &options),
+        config: conductor_config(scene, &options),
         events: admin_events,
         reached: Box::new(|_, _, _| {}),
         stated: Box::new(|_| {}),
@@ -154,4 +192,26 @@ pub fn federation(
         closed(summary);
     }
     Ok(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interrupt_reaches_the_run_that_goes_on_also_the_second_of_a_process() {
+        let interrupt = Interrupt::default();
+        let stopped = |events: &crossbeam_channel::Receiver<admin_station::Event>| {
+            events.try_iter().filter(|e| matches!(e, admin_station::Event::Stop)).count()
+        };
+        let (first, second, third) = (unbounded(), unbounded(), unbounded());
+        interrupt.reaches(first.0);
+        interrupt.reaches(second.0);
+        assert!(!interrupt.asked() && stopped(&second.1) == 0);
+        interrupt.ask();
+        assert!(interrupt.asked());
+        assert_eq!((stopped(&first.1), stopped(&second.1)), (0, 1));
+        interrupt.reaches(third.0);
+        assert_eq!(stopped(&third.1), 1, "it was asked for before this one began");
+    }
 }

@@ -1,14 +1,16 @@
 //! `seeds sweep SCENE --vary KEY=V1,V2 --seeds A..B -o FILE`: many runs, one table.
 
-use super::in_process::federation;
+use super::in_process::{Interrupt, federation};
 use super::run_args::RunArgs;
 use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, fail, out};
+use crate::runtime::clock::monotonic_ns;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Parser};
 use serde_json::{Map, Value, json};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Run a scene many times as fast as possible and collect the summaries in one table
 #[derive(Args, Clone, Debug)]
@@ -95,7 +97,7 @@ fn seeds(text: &str) -> Result<Seeds, String> {
     Ok(Seeds(list))
 }
 
-/// Runs them all; exit code 1 if one failed, with the table of the others.
+/// Runs them all; exit code 1 if one failed or somebody wanted an end, with the table of the others.
 #[must_use]
 pub fn run(args: &SweepArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "error");
@@ -103,9 +105,14 @@ pub fn run(args: &SweepArgs) -> ExitCode {
         Ok(runs) => runs,
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
     };
-    match sweep(args, &runs) {
-        Ok(0) => ExitCode::from(COMPLETE),
-        Ok(failed) => fail(
+    let interrupt = Interrupt::heard();
+    let one = |one: &One| one_run(args, one, &interrupt);
+    match sweep(args, &runs, one, || interrupt.asked()) {
+        Ok(Swept { done, failed: 0 }) if done == runs.len() => ExitCode::from(COMPLETE),
+        Ok(Swept { done, failed }) if done + failed < runs.len() => {
+            fail(FAILED, format!("interrupted: the table has {done} of {} runs", runs.len()))
+        }
+        Ok(Swept { failed, .. }) => fail(
             FAILED,
             format!("{failed} of {} runs failed; the table has the others", runs.len()),
         ),
@@ -117,7 +124,7 @@ pub fn run(args: &SweepArgs) -> ExitCode {
 struct One {
     values: Vec<String>,
     seed: u64,
-    scene: scenarios::Scene,
+    scene: Arc<scenarios::Scene>,
 }
 
 /// All combinations, each read as a scene before the first runs.
@@ -152,43 +159,84 @@ fn runs(args: &SweepArgs) -> anyhow::Result<Vec<One>> {
         let scene =
             scenarios::load_text(&path, if args.vary.is_empty() { &text } else { &changed })
                 .with_context(|| format!("with {}", said.join(" ")))?;
+        let scene = Arc::new(scene);
         let of_seed =
-            |seed: &u64| One { values: values.clone(), seed: *seed, scene: scene.clone() };
+            |seed: &u64| One { values: values.clone(), seed: *seed, scene: Arc::clone(&scene) };
         runs.extend(args.seeds.0.iter().map(of_seed));
     }
     Ok(runs)
 }
 
-fn sweep(args: &SweepArgs, runs: &[One]) -> anyhow::Result<usize> {
-    let (mut table, mut failed) = (Vec::new(), 0);
+/// What became of the runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Swept {
+    done: usize,
+    failed: usize,
+}
+
+/// The summary of one run; none where it failed.
+fn one_run(args: &SweepArgs, one: &One, interrupt: &Interrupt) -> anyhow::Result<Option<Value>> {
+    let mut line =
+        vec!["run".to_owned(), args.scene.clone(), "--fast".into(), "--in-process".into()];
+    line.extend(["--no-viewer".into(), "--seed".into(), one.seed.to_string()]);
+    if let Some(seconds) = args.duration {
+        line.extend(["--duration".to_owned(), seconds.to_string()]);
+    }
+    let run = Inner::try_parse_from(line).context("the run's own command line")?.run;
+    let mut summaries = Vec::new();
+    let code = federation(&run, &one.scene, interrupt, |summary| summaries.push(summary))?;
+    let summary = summaries.pop().filter(|_| code == COMPLETE);
+    Ok(summary.map(serde_json::to_value).transpose()?)
+}
+
+/// One after the other, until somebody wants an end. A run that cannot be made is one that failed; the table is written on the way,
+/// so that nothing but a minute is lost with this process.
+fn sweep(
+    args: &SweepArgs,
+    runs: &[One],
+    mut one_run: impl FnMut(&One) -> anyhow::Result<Option<Value>>,
+    interrupted: impl Fn() -> bool,
+) -> anyhow::Result<Swept> {
+    let (mut table, mut failed, mut written_ns) = (Vec::new(), 0, monotonic_ns());
     for (index, one) in runs.iter().enumerate() {
-        let mut line =
-            vec!["run".to_owned(), args.scene.clone(), "--fast".into(), "--in-process".into()];
-        line.extend(["--no-viewer".into(), "--seed".into(), one.seed.to_string()]);
-        if let Some(seconds) = args.duration {
-            line.extend(["--duration".to_owned(), seconds.to_string()]);
-        }
-        let run = Inner::try_parse_from(line).context("the run's own command line")?.run;
-        let mut summaries = Vec::new();
-        let code = federation(&run, &one.scene, |summary| summaries.push(summary))?;
-        let mut row = Map::new();
-        for (Vary { key, .. }, value) in args.vary.iter().zip(&one.values) {
-            row.insert(key.clone(), json!(value));
-        }
-        match summaries.pop() {
-            Some(summary) if code == COMPLETE => {
-                flatten("", &serde_json::to_value(&summary)?, &mut row);
-                table.push(row);
-            }
-            _ => failed += 1,
+        if interrupted() {
+            break;
         }
         let values: Vec<String> =
             args.vary.iter().zip(&one.values).map(|(v, to)| format!("{}={to} ", v.key)).collect();
-        out!("{} of {}: {}seed {}", index + 1, runs.len(), values.concat(), one.seed);
+        let what = format!("{}seed {}", values.concat(), one.seed);
+        let summary = one_run(one).unwrap_or_else(|error| {
+            if !interrupted() {
+                tracing::error!("{what}: {error:#}");
+            }
+            None
+        });
+        if interrupted() {
+            break; // it was ended before its time
+        }
+        match summary {
+            Some(summary) => {
+                let mut row = Map::new();
+                for (Vary { key, .. }, value) in args.vary.iter().zip(&one.values) {
+                    row.insert(key.clone(), json!(value));
+                }
+                flatten("", &summary, &mut row);
+                table.push(row);
+            }
+            None => failed += 1,
+        }
+        out!("{} of {}: {what}", index + 1, runs.len());
+        if monotonic_ns().saturating_sub(written_ns) > WRITE_NS {
+            write(args, &table)?;
+            written_ns = monotonic_ns();
+        }
     }
     write(args, &table)?;
-    Ok(failed)
+    Ok(Swept { done: table.len(), failed })
 }
+
+/// How often the table is written on the way.
+const WRITE_NS: u64 = 60_000_000_000;
 
 #[derive(Parser)]
 struct Inner {
@@ -209,8 +257,7 @@ fn flatten(prefix: &str, value: &Value, row: &mut Map<String, Value>) {
 }
 
 fn write(args: &SweepArgs, table: &[Map<String, Value>]) -> anyhow::Result<()> {
-    let doing = || args.out.display().to_string();
-    let mut file = std::io::BufWriter::new(std::fs::File::create(&args.out).with_context(doing)?);
+    let mut file = Vec::new();
     if args.out.extension().is_some_and(|e| e == "json") {
         serde_json::to_writer_pretty(&mut file, table)?;
         writeln!(file)?;
@@ -234,7 +281,7 @@ fn write(args: &SweepArgs, table: &[Map<String, Value>]) -> anyhow::Result<()> {
             writeln!(file, "{}", cells.collect::<Vec<_>>().join(","))?;
         }
     }
-    file.flush().with_context(doing)
+    cli::save(&args.out, file)
 }
 
 /// A cell of a table; what has commas, quotes or line ends stands in quotes.
@@ -263,5 +310,50 @@ mod tests {
             assert!(seeds(wrong).is_err(), "{wrong}");
         }
         assert_eq!(cell("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+
+    /// The table of three runs, whose second does as told, where somebody wants an end while the run of this place goes on.
+    fn table_of(second: fn() -> anyhow::Result<Option<Value>>, end_in: usize) -> (Swept, String) {
+        let folder = std::env::temp_dir().join(format!("seeds-sweep-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let args = SweepArgs {
+            scene: "zurich".to_owned(),
+            vary: vec![vary("tracking.filter=abg").expect("sound")],
+            seeds: Seeds(vec![1, 2, 3]),
+            duration: None,
+            out: folder.join("table.csv"),
+        };
+        let scene = scenarios::load_without_truth(&scenarios::locate("xsyn")).expect("a scene");
+        let scene = Arc::new(scene);
+        let one = |seed: &u64| One {
+            values: vec!["abg".to_owned()],
+            seed: *seed,
+            scene: Arc::clone(&scene),
+        };
+        let runs: Vec<One> = args.seeds.0.iter().map(one).collect();
+        let begun = std::cell::Cell::new(0);
+        let make = |one: &One| {
+            begun.set(begun.get() + 1);
+            if one.seed == 2 { second() } else { Ok(Some(json!({"seed": one.seed}))) }
+        };
+        let swept = sweep(&args, &runs, make, || begun.get() >= end_in).expect("written");
+        assert!(begun.get() <= end_in, "none is begun afterwards");
+        let table = std::fs::read_to_string(&args.out).expect("a table");
+        std::fs::remove_dir_all(&folder).ok();
+        (swept, table)
+    }
+
+    #[test]
+    fn runs_that_fail_and_an_interrupt_leave_the_table_of_the_others() {
+        let good = || Ok(Some(json!({"seed": 2})));
+        for second in [|| bail!("no thread"), || Ok(None)] {
+            let (swept, table) = table_of(second, 9);
+            assert_eq!(swept, Swept { done: 2, failed: 1 });
+            assert_eq!(table, "tracking.filter,seed\nabg,1\nabg,3\n");
+        }
+        let (swept, table) = table_of(good, 2);
+        assert_eq!(swept, Swept { done: 1, failed: 0 }, "the second was ended");
+        assert_eq!(table, "tracking.filter,seed\nabg,1\n");
+        assert_eq!(table_of(good, 9).0, Swept { done: 3, failed: 0 });
     }
 }
