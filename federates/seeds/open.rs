@@ -70,7 +70,7 @@ pub fn run(args: &OpenArgs) -> ExitCode {
     let mut viewers = viewers.into_iter();
     let Some(first) = viewers.next() else { return fail(BAD_INPUT, "no run was named") };
     let page = Page::new(first);
-    viewers.for_each(|viewer| page.add(viewer));
+    viewers.for_each(|viewer| drop(page.add(viewer)));
     page.make_forks(Forks::new(Box::new(fork_beside)));
     let operate = || -> Operate {
         Box::new(|_, _| (false, "this run is finished: it takes no commands".to_owned()))

@@ -97,10 +97,20 @@ impl Page {
         })
     }
 
-    /// Puts another run beside the first.
-    pub fn add(&self, viewer: Viewer) {
-        self.others().push(viewer);
+    /// Puts another run beside the first, and says what it is called here: two folders of one name are two runs.
+    pub fn add(&self, mut viewer: Viewer) -> String {
+        let first = self.viewer();
+        let mut others = self.others();
+        let taken = |id: &str| first.id() == id || others.iter().any(|v| v.id() == id);
+        let own = viewer.id().to_owned();
+        let more = (2_u32..).map(|n| format!("{own}-{n}"));
+        let mut named = std::iter::once(own.clone()).chain(more);
+        let id = named.find(|id| !taken(id)).unwrap_or_default();
+        viewer.set_id(&id);
+        others.push(viewer);
+        drop((others, first));
         self.wake();
+        id
     }
 
     /// From now on people may sit down at controllers' seats.

@@ -56,12 +56,11 @@ pub(super) fn begin(page: &Arc<Page>, wanted: Wanted) -> Result<(), String> {
 /// Puts the fork among the runs of the page and holds it against its parent.
 fn added(page: &Page, wanted: &Wanted, folder: &Path) -> Result<(String, Difference), String> {
     let viewer = opened::viewer(&folder.join("run.sqlite")).map_err(|e| e.to_string())?;
-    let (run, own) = (viewer.id().to_owned(), viewer.source().sums().to_vec());
+    let own = viewer.source().sums().to_vec();
     let difference = page
         .with_source(&wanted.run, |parent| Difference::of(parent.sums(), &own, wanted.at_s))
         .ok_or("the run that it is a fork of is gone")?;
-    page.add(viewer);
-    Ok((run, difference))
+    Ok((page.add(viewer), difference))
 }
 
 #[cfg(test)]

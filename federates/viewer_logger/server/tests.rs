@@ -259,3 +259,27 @@ fn a_second_page_of_who_sits_is_sent_no_truth_from_its_first_message_on() {
     assert_eq!(truth(&scan_of(&mut second)), 1);
     server.stop();
 }
+
+#[test]
+fn runs_of_one_name_can_all_be_opened() {
+    let called = |id: &str| {
+        let mut viewer = Viewer::new(1 << 16);
+        viewer.set_id(id);
+        viewer
+    };
+    let page = Page::new(called("filter-imm3"));
+    let added: Vec<String> = ["filter-imm3", "other", "filter-imm3-2", "filter-imm3"]
+        .map(|id| page.add(called(id)))
+        .into();
+    assert_eq!(added, ["filter-imm3-2", "other", "filter-imm3-2-2", "filter-imm3-3"]);
+    page.with_all(|all| {
+        for id in &added {
+            let mut session = super::super::Session::default();
+            session.open(all, std::slice::from_ref(id)).expect("there");
+            let told = session.poll_runs(all);
+            let shown = format!(r#""shown":["{id}"]"#);
+            let list = |m: &super::super::Outgoing| matches!(m, super::super::Outgoing::Text(t) if t.contains(&shown));
+            assert!(told.iter().any(list), "{id}: {told:?}");
+        }
+    });
+}
