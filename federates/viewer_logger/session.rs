@@ -278,13 +278,23 @@ impl Session {
         }
         let generation = first.generation;
         let same = self.shown_runs()[0] == runs[0];
+        let shown = self.time_in(all, first);
         let before = std::mem::take(self);
         *self = if same {
             Self { runs, sent_beside: Vec::new(), ..before }
         } else {
-            Self { runs, generation, seat: before.seat, ..Self::default() }
+            Self { runs, generation, shown, seat: before.seat, ..Self::default() }
         };
         Ok(())
+    }
+
+    /// The scan of another run at the time that is looked back to, or at the end of it that is nearer; none: the newest is looked at.
+    fn time_in(&self, all: &[&Viewer], other: &Viewer) -> Option<u64> {
+        let first = all.get(self.shown_runs()[0])?;
+        let time = first.source().time_of(first.source().nearest(self.shown?)?)?;
+        let (from, to) = other.source().times()?;
+        let time = SimTime(time.0 + offset_ns(first, other)).clamp(from, to);
+        other.source().at(time).or_else(|| Some(other.source().range()?.1))
     }
 
     /// The time line of the run shown, in so many columns, with its events.

@@ -199,6 +199,38 @@ fn a_restarted_run_begins_the_history_anew() {
 }
 
 #[test]
+fn another_first_run_is_shown_at_the_time_that_was_looked_back_to() {
+    let run = |id: &str, start_utc_ns: i64, scans: std::ops::RangeInclusive<u64>| {
+        let mut viewer = Viewer::new(1 << 20);
+        viewer.set_id(id);
+        let scene_digest = format!("{start_utc_ns:016x}");
+        let info = RunInfo { start_utc_ns, scene_digest, ..RunInfo::default() };
+        viewer.on_scene(&info, &AirportMap::default());
+        scans.for_each(|n| viewer.on_scan(&scan(n)));
+        viewer
+    };
+    let s = 1_000_000_000;
+    // One scene; one that began two seconds later by the clock; one that has an end before.
+    let runs = [
+        run("a", 7, 1..=9),
+        run("b", 7, 1..=9),
+        run("later", 7 + 2 * s, 1..=9),
+        run("short", 7, 1..=3),
+    ];
+    let all: Vec<&Viewer> = runs.iter().collect();
+    for (to, looked_back, newest) in [("b", 5, 9), ("later", 3, 9), ("short", 3, 3)] {
+        for (asked, expected) in [("5", looked_back), ("null", newest)] {
+            let mut session = Session::default();
+            session.on_message(&format!(r#"{{"type":"show","scan":{asked}}}"#));
+            session.poll_runs(&all);
+            session.open(&all, &[to.to_owned()]).expect("there");
+            let out = session.poll_runs(&all);
+            assert_eq!(u32_at(binary(&out).expect("scan"), 8), expected, "{to}, {asked}");
+        }
+    }
+}
+
+#[test]
 fn the_time_line_marks_what_operators_did_in_this_run() {
     let mut viewer = Viewer::new(1 << 20);
     let freeze = |time_ns: i64| Operation {

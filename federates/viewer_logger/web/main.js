@@ -15,7 +15,7 @@ import { keyboard } from "./keys.js";
 import { Link } from "./link.js";
 import { keepLocal, readLocal } from "./local.js";
 import { Panes } from "./panes.js";
-import { forgetSaid, otherFirst, runList } from "./runs.js";
+import { forgetSaid, otherFirst, runList, selectAgain } from "./runs.js";
 import { MapView } from "./map.js";
 import { clearanceFacts, StripPanel, stripsOf, withTargets } from "./strips.js";
 import { sidePanes } from "./sidepanes.js";
@@ -178,6 +178,7 @@ function onText(message) {
       if (otherFirst(state.shownRuns, message.shown)) {
         state.operations = [];
         forgetSaid({ state, map, alerts });
+        selectAgain({ state, select });
       }
       state.shownRuns = message.shown;
       map.others.clear();

@@ -15,6 +15,13 @@ export function forgetSaid({ state, map, alerts }) {
   map.setForeign([]);
 }
 
+/** What was selected is looked for by its name in another run: the number of its track is that of somebody else there. */
+export function selectAgain({ state, select }) {
+  const name = state.selected && state.callsign;
+  select(null);
+  if (name) state.wish.sel = name;
+}
+
 /** `page` has state, link, forgetStrip() and changed(). */
 export function runList({ state, link, forgetStrip, changed }) {
   function showRuns() {

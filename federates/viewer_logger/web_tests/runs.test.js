@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { AlertPanel } from "../web/alerts.js";
-import { forgetSaid, otherFirst } from "../web/runs.js";
+import { forgetSaid, otherFirst, selectAgain } from "../web/runs.js";
 
 /** As much of a document as a list needs. */
 function withPage(work) {
@@ -36,4 +36,15 @@ test("an alarm of another run is announced, with its own runway, though its numb
 
 test("it is another run where the first of those shown is, not where one is laid beside it", () => {
   assert.deepEqual([otherFirst([], ["a"]), otherFirst(["a"], ["a", "b"]), otherFirst(["a", "b"], ["b"]), otherFirst(["a"], ["a"])], [false, false, true, false]);
+});
+
+test("what was selected is let go and looked for by its name in another run", () => {
+  const page = (selected, callsign) => {
+    const state = { selected, callsign, wish: {} }, asked = [];
+    selectAgain({ state, select: (id) => asked.push(id) });
+    return [asked, state.wish];
+  };
+  assert.deepEqual(page("t4", "SWR1"), [[null], { sel: "SWR1" }]);
+  assert.deepEqual(page("t4", null), [[null], {}], "without a name it is nobody there");
+  assert.deepEqual(page(null, null), [[null], {}]);
 });
