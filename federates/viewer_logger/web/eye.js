@@ -1,5 +1,6 @@
 // The page of the eye: takes scans, weather and airport from the viewer, and shows what is seen from a place.
 
+import { Asks, eyeOf } from "./eye_address.js";
 import { decode, setWords } from "./frame.js";
 import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
 import { backgroundOf, extinction, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
@@ -16,7 +17,7 @@ import { Wheel, wordsOf } from "./wheel.js";
 const byId = (id) => document.getElementById(id);
 const AHEAD_S = 2, CLEAR_FOV = 40, NEAR_FOV = 7;
 const canvas = byId("eye");
-const state = { run: null, airport: null, notices: [], scan: null, arrived: 0, rate: 0, eye: "tower", of: null, at: null, look: [0, 0], fov: CLEAR_FOV, frames: 0, dragging: false, wish: {} };
+const state = { run: null, airport: null, notices: [], scan: null, arrived: 0, rate: 0, eye: "tower", of: null, at: null, look: [0, 0], fov: CLEAR_FOV, frames: 0, dragging: false };
 let gl = null, map = null;
 const made = { shapes: new Map() };
 
@@ -33,11 +34,9 @@ function readAddress() {
   if (own.look) state.looked = true;
   const [fov] = numbers(own.fov, 1) ?? [];
   if (fov >= 1 && fov <= 120) state.fov = fov;
-  const [eye, of] = decodeURIComponent(own.eye ?? "").split(/:(.*)/s);
-  if (["tower", "pilot", "driver", "free"].includes(eye)) [state.eye, state.of] = [eye, of || null];
+  [state.eye, state.of] = eyeOf(own.eye) ?? [state.eye, state.of];
   if (state.at) state.eye = "free";
-  state.wish = { t: view.t, run: view.run };
-  ask();
+  asks.want({ t: view.t, run: view.run });
 }
 
 let writing = 0;
@@ -45,22 +44,13 @@ function writeAddress() {
   clearTimeout(writing);
   writing = setTimeout(() => {
     const parts = [`eye=${state.eye}${state.of ? `:${encodeURIComponent(state.of)}` : ""}`];
-    if (state.wish.run) parts.push(`run=${state.wish.run.join()}`);
-    if (state.wish.t !== undefined) parts.push(`t=${state.wish.t}`);
+    const { run, t } = asks.wish;
+    if (run) parts.push(`run=${run.join()}`);
+    if (t !== undefined) parts.push(`t=${t}`);
     if (state.at) parts.push(`at=${state.at.map((v) => v.toFixed(1))}`);
     parts.push(`look=${state.look.map((v) => v.toFixed(2))}`, `fov=${state.fov.toFixed(1)}`);
     history.replaceState(null, "", `#${parts.join("&")}`);
   }, 300);
-}
-
-function ask() {
-  const { t, run } = state.wish, line = state.timeline;
-  if (run && !state.opened) {
-    state.opened = link.send({ type: "open", runs: run });
-  }
-  if (!line || t === undefined) return;
-  const share = line.last_s > line.first_s ? (Math.min(line.last_s, Math.max(line.first_s, t)) - line.first_s) / (line.last_s - line.first_s) : 0;
-  link.send({ type: "show", scan: t === "live" ? null : Math.floor(line.first + share * (line.last - line.first) + 1e-6) });
 }
 
 // ---- messages ----
@@ -76,11 +66,8 @@ const link = new Link({
     } else if (message.type === "weather") state.notices = message.notices;
     else if (message.type === "driven") wheel.take(message.state);
     else if (message.type === "state") state.rate = message.state.phase === "RUNNING" ? message.state.achieved_rate || message.state.rate || 0 : 0;
-    else if (message.type === "timeline") {
-      const first = !state.timeline;
-      state.timeline = message;
-      if (first) ask();
-    }
+    else if (message.type === "runs") asks.runs(message.shown);
+    else if (message.type === "timeline") asks.timeline(message);
     draw();
   },
   scan(buffer) {
@@ -96,7 +83,11 @@ const link = new Link({
     } catch { /* of another version: the page says so */ }
   },
   state: () => {},
-}, () => []);
+}, () => {
+  asks.hello();
+  return [];
+});
+const asks = new Asks((message) => link.send(message));
 
 // ---- at the wheel of what one looks out of, where people may drive it ----
 

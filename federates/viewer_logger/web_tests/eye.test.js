@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
+import { Asks, eyeOf } from "../web/eye_address.js";
 import { backgroundOf, contrastTo, extinction, illuminance, lampRange, rainAt, rvr, sightM, sunElevation, threshold, through } from "../web/eye_light.js";
 import { lit, worn } from "../web/eye_lamps.js";
 import { aboard, hidden, matrix, outlook, project, seen } from "../web/eye_see.js";
@@ -133,4 +134,34 @@ test("flashes are short, each in its own time, and all lit where time stands sti
   assert.ok(lit([1, [0, 0.2]], 0.5, "x", false));
   const times = (name) => Array.from({ length: 100 }, (_, k) => lit([1, [0, 0.2]], k / 100, name, true)).join();
   assert.notEqual(times("SWR1"), times("SWR2"));
+});
+
+test("an address that is cut or no address leaves the eye where it is", () => {
+  for (const text of ["pilot:SWR%2", "%zz", undefined, "", "nobody:SWR1"]) assert.equal(eyeOf(text), null, String(text));
+  assert.deepEqual(eyeOf("pilot:SWR%201"), ["pilot", "SWR 1"]);
+  assert.deepEqual([eyeOf("tower"), eyeOf("driver:a:b")], [["tower", null], ["driver", "a:b"]]);
+});
+
+test("after each connection the eye asks for its run and its time again, by the time line of that run", () => {
+  let open = false;
+  const sent = [], asks = new Asks((message) => open && sent.push(message) > 0), told = () => sent.splice(0).map((m) => (m.type === "open" ? m.runs.join() : m.scan));
+  asks.want({ t: 12, run: ["b", "a"] });
+  assert.deepEqual(told(), [], "there is no connection");
+  open = true;
+  const connected = () => {
+    asks.hello();
+    // What the server had sent before it read the first word.
+    asks.runs(["a"]);
+    asks.timeline({ first: 1, last: 5, first_s: 1, last_s: 5 });
+    asks.runs(["b", "a"]);
+    asks.timeline({ first: 1, last: 41, first_s: 0, last_s: 20 });
+    asks.timeline({ first: 1, last: 43, first_s: 0, last_s: 21 });
+    return told();
+  };
+  assert.deepEqual(connected(), ["b,a", 5, 25]);
+  assert.deepEqual(connected(), ["b,a", 25, 5, 25]);
+  asks.want({ t: "live", run: ["b", "a"] });
+  assert.deepEqual(told(), [null], "the runs are open");
+  asks.want({ run: ["c"] });
+  assert.deepEqual(told(), ["c"]);
 });
