@@ -76,10 +76,15 @@ fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
     Ok(std::iter::once(first.clone()).chain(later).take(MOST).collect())
 }
 
-/// The newest folder with a database: their names are times.
+/// The folder whose database was written last: not all are named by their time. Of one moment that of the later name.
 fn newest(runs: &Path) -> Option<PathBuf> {
     let folders = std::fs::read_dir(runs).ok()?.flatten().map(|e| e.path());
-    folders.filter(|f| f.join("run.sqlite").is_file()).max()
+    let written = |folder: &Path| {
+        // What goes on, or was cut off, is written beside it.
+        let files = ["run.sqlite", "run.sqlite-wal"].map(|name| folder.join(name));
+        files.iter().filter_map(|f| std::fs::metadata(f).ok()?.modified().ok()).max()
+    };
+    folders.filter(|f| f.join("run.sqlite").is_file()).max_by_key(|f| (written(f), f.clone()))
 }
 
 /// What a run is called: its folder, with the number of a later run of the same process; of a file elsewhere its name.
@@ -216,6 +221,26 @@ mod tests {
             let said = say(word);
             assert!(said.contains(part) && !said.contains('\n'), "{word}: {said}");
         }
+    }
+
+    #[test]
+    fn the_last_run_is_the_one_that_was_written_last_whatever_its_name() {
+        use std::time::{Duration, UNIX_EPOCH};
+        let folder = Folder::new();
+        let runs = folder.0.join("runs");
+        for (name, second) in
+            [("2026-11-22T08-50-46Z_10", 7), ("2026-11-22T08-50-46Z_9", 6), ("mine", 5), ("a", 7)]
+        {
+            std::fs::create_dir_all(runs.join(name)).expect("a folder");
+            let file = std::fs::File::create(runs.join(name).join("run.sqlite")).expect("a file");
+            file.set_modified(UNIX_EPOCH + Duration::from_secs(second)).expect("a time");
+        }
+        std::fs::create_dir_all(runs.join("z")).expect("a folder without a run");
+        let last = || databases("last", &runs).expect("one");
+        assert_eq!(last(), [runs.join("a").join("run.sqlite")], "of one second by the name");
+        let wal = std::fs::File::create(runs.join("mine").join("run.sqlite-wal")).expect("a file");
+        wal.set_modified(UNIX_EPOCH + Duration::from_secs(8)).expect("a time");
+        assert_eq!(last(), [runs.join("mine").join("run.sqlite")], "it goes on");
     }
 
     #[test]
