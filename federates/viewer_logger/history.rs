@@ -127,11 +127,12 @@ impl History {
         anew
     }
 
-    /// Adds something that happened.
+    /// Adds something that happened; of too much the oldest goes.
     pub fn note(&mut self, event: Event) {
-        if self.events.len() < MOST_EVENTS {
-            let at = self.events.partition_point(|e| e.time_ns <= event.time_ns);
-            self.events.insert(at, event);
+        let at = self.events.partition_point(|e| e.time_ns <= event.time_ns);
+        self.events.insert(at, event);
+        if self.events.len() > MOST_EVENTS {
+            self.events.remove(0);
         }
     }
 

@@ -7,7 +7,7 @@ use super::forks::Wanted;
 use super::frame;
 use super::said::Topic;
 use super::seat_view::SeatView;
-use super::source::Strip;
+use super::source::{Event, Strip};
 use crate::runtime::messages::{Command, SeatOrder, SeatWords};
 use message::{FromPage, command_of};
 use models::time::SimTime;
@@ -311,7 +311,13 @@ impl Session {
             events.retain(|e| e.kind != "swap" && !self.seat.only_aboard());
         }
         let more = events.len().saturating_sub(MOST_EVENTS);
-        events.truncate(MOST_EVENTS);
+        if more > 0 {
+            // First of all what somebody is to look at, then the newest.
+            let grave = |e: &Event| ["alert", "fault", "operator"].contains(&e.kind.as_str());
+            events.sort_by_key(|e| std::cmp::Reverse((grave(e), e.time_ns)));
+            events.truncate(MOST_EVENTS);
+            events.sort_by_key(|e| e.time_ns);
+        }
         let events = json!({"type": "events", "events": events, "more": more});
         vec![Outgoing::json(&message), Outgoing::json(&events)]
     }

@@ -199,6 +199,35 @@ fn a_restarted_run_begins_the_history_anew() {
 }
 
 #[test]
+fn of_too_many_events_those_that_somebody_is_to_look_at_and_the_newest_are_marked() {
+    let mut viewer = Viewer::new(1 << 24);
+    viewer.on_scan(&scan(1));
+    let event = |time_ns: i64, kind: &str| Event {
+        time_ns,
+        kind: kind.to_owned(),
+        subject: String::new(),
+        text: String::new(),
+    };
+    let grave = ["alert", "fault", "operator"].map(|kind| event(1, kind));
+    viewer.on_events(&grave);
+    viewer.on_events(&(2..=2500).map(|n| event(n, "lost")).collect::<Vec<_>>());
+    let marked = |viewer: &Viewer| {
+        let told = texts(&Session::default().strip(&[viewer], 0.0, 10.0, 5)).pop().expect("events");
+        let events = told["events"].as_array().expect("a list").clone();
+        let times: Vec<i64> = events.iter().filter_map(|e| e["time_ns"].as_i64()).collect();
+        (times, told["more"].as_u64().expect("a number"))
+    };
+    let (times, more) = marked(&viewer);
+    assert_eq!((times.len(), more), (2000, 502));
+    assert_eq!(times[..4], [1, 1, 1, 504], "and of the others the newest, in the order of time");
+    assert!(times.is_sorted() && times.ends_with(&[2499, 2500]));
+    // What is kept of a long run ends with the run, not after so many events.
+    viewer.on_events(&(2501..=25_000).map(|n| event(n, "lost")).collect::<Vec<_>>());
+    assert_eq!(viewer.source().events().len(), 20_000);
+    assert!(marked(&viewer).0.ends_with(&[24_999, 25_000]));
+}
+
+#[test]
 fn another_first_run_is_shown_at_the_time_that_was_looked_back_to() {
     let run = |id: &str, start_utc_ns: i64, scans: std::ops::RangeInclusive<u64>| {
         let mut viewer = Viewer::new(1 << 20);

@@ -197,7 +197,7 @@ function onText(message) {
       whatIf.take(message);
       break;
     case "events":
-      line.show({ events: message.events });
+      line.show({ events: message.events, more: message.more });
       break;
     case "alerts":
       alerts.show(message);

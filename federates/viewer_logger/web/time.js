@@ -49,7 +49,7 @@ export function between(low, high, part) {
 
 export class TimeLine {
   constructor(canvas, slider, filter) {
-    Object.assign(this, { canvas, slider, firstS: 0, lastS: 1, timeS: null, strip: null, events: [], loop: null, notices: [], judged: true });
+    Object.assign(this, { canvas, slider, firstS: 0, lastS: 1, timeS: null, strip: null, events: [], more: 0, loop: null, notices: [], judged: true });
     this.wanted = new Set(EVENT_KINDS.map(([kind]) => kind));
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
     slider.addEventListener("pointermove", (event) => (slider.title = this.textAt(this.timeAt(event.offsetX))));
@@ -88,7 +88,7 @@ export class TimeLine {
     const told = this.events.filter((e) => this.#shown(e) && Math.abs(e.time_ns / 1e9 - timeS) <= near).slice(0, 6).map((e) => `${MARKS.get(e.kind) ?? ""} ${e.text}`);
     const { strip } = this, at = strip ? Math.floor(((timeS - strip.from_s) / (strip.to_s - strip.from_s)) * strip.worst_m.length) : -1;
     const worst = this.judged ? strip?.worst_m[at] : undefined;
-    return [elapsed(Math.max(0, timeS)), Number.isFinite(worst) ? `worst error ${fixed(worst, 1)} m` : "", ...told].filter(Boolean).join("\n");
+    return [elapsed(Math.max(0, timeS)), Number.isFinite(worst) ? `worst error ${fixed(worst, 1)} m` : "", ...told, this.more ? `${this.more} events of this run are not marked: alerts, faults, operators and the newest are` : ""].filter(Boolean).join("\n");
   }
 
   /** Who judges a run sees which labels were swapped; who works in it does not. */

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { csv, json } from "../web/export.js";
-import { between, heat, nextEvent, tickStep, typedTime } from "../web/time.js";
+import { between, heat, nextEvent, TimeLine, tickStep, typedTime } from "../web/time.js";
 import { Camera } from "../web/camera.js";
 import { Ground } from "../web/situation.js";
 
@@ -59,4 +59,19 @@ test("what a target does, by map and speed", () => {
   assert.equal(at(900, 310, 8), "taxiing");
   assert.equal(at(1000, 10, 8, { type: "vehicle" }), "vehicle on a runway");
   assert.equal(at(1000, 40, 8, { type: "vehicle" }), "vehicle");
+});
+
+test("the line says how many events it does not mark", () => {
+  globalThis.ResizeObserver = class {
+    observe() {}
+  };
+  class Undrawn extends TimeLine {
+    draw() {}
+  }
+  const line = new Undrawn({ clientWidth: 400 }, { addEventListener() {} });
+  delete globalThis.ResizeObserver;
+  line.show({ firstS: 0, lastS: 100, events: [{ kind: "lost", time_ns: 5e9, text: "lost SWR1" }], more: 0 });
+  assert.equal(line.textAt(5), "T+ 00:05\n\u2715 lost SWR1");
+  line.show({ more: 502 });
+  assert.match(line.textAt(5), /lost SWR1\n502 events of this run are not marked/);
 });
