@@ -108,16 +108,8 @@ impl Task {
         let (first, last) = archive.times().with_context(|| {
             format!("{}: holds no scan, so there is nothing to draw", database.display())
         })?;
-        let scan_at = |at_s: f64| {
-            let found = archive.at(SimTime::from_s(at_s));
-            found.with_context(|| {
-                format!(
-                    "there is no picture at {at_s} s: the run lasts from {} to {} s",
-                    (1e3 * first.s()).round() / 1e3,
-                    (1e3 * last.s()).round() / 1e3
-                )
-            })
-        };
+        let ends_s = [first.s(), last.s()];
+        let scan_at = |at_s: f64| archive.at(SimTime::from_s(at_s));
         let scans = match (args.from, args.to, args.every) {
             (Some(from), Some(to), Some(every)) => {
                 ensure!(from <= to, "--from {from} is after --to {to}");
@@ -129,14 +121,17 @@ impl Task {
                 );
                 let folder = args.out.with_extension("");
                 let form = if as_png { "png" } else { "svg" };
-                let mut scans = Vec::new();
-                for n in 0..count {
-                    let at_s = from + n as f64 * every;
-                    scans.push((scan_at(at_s)?, folder.join(format!("{n:05}-{at_s:.0}s.{form}"))));
-                }
-                scans
+                let times = (0..count).map(|n| from + n as f64 * every);
+                let name = |(n, at_s, scan): (usize, f64, u64)| {
+                    (scan, folder.join(format!("{n:05}-{at_s:.0}s.{form}")))
+                };
+                series(times, ends_s, scan_at)?.into_iter().map(name).collect()
             }
-            _ => vec![(scan_at(args.at.unwrap_or(last.s()))?, args.out.clone())],
+            _ => {
+                let at_s = args.at.unwrap_or(last.s());
+                let scan = scan_at(at_s).with_context(|| none_at(at_s, ends_s))?;
+                vec![(scan, args.out.clone())]
+            }
         };
         Ok(Self { archive, info, map, view, scans, as_png })
     }
@@ -207,5 +202,59 @@ impl Task {
     }
 }
 
+/// The scans of a series with their places and times, s. Where scans were lost there is no picture, which is said, and the series goes on.
+fn series(
+    times: impl Iterator<Item = f64>,
+    ends_s: [f64; 2],
+    scan_at: impl Fn(f64) -> Option<u64>,
+) -> anyhow::Result<Vec<(usize, f64, u64)>> {
+    let mut scans = Vec::new();
+    let (mut lost, mut sample) = (0, None);
+    for (n, at_s) in times.enumerate() {
+        match scan_at(at_s) {
+            Some(scan) => scans.push((n, at_s, scan)),
+            None if (ends_s[0]..=ends_s[1]).contains(&at_s) => {
+                lost += 1;
+                sample.get_or_insert(at_s);
+            }
+            None => bail!(none_at(at_s, ends_s)),
+        }
+    }
+    if let Some(first_s) = sample {
+        ensure!(!scans.is_empty(), none_at(first_s, ends_s));
+        tracing::warn!("{lost} pictures are left out: {}", none_at(first_s, ends_s));
+    }
+    Ok(scans)
+}
+
+/// Why there is no picture at a time.
+fn none_at(at_s: f64, ends_s: [f64; 2]) -> String {
+    let [first, last] = ends_s.map(|s| (1e3 * s).round() / 1e3);
+    if (ends_s[0]..=ends_s[1]).contains(&at_s) {
+        return format!("there is no picture at {at_s} s: scans were lost there");
+    }
+    format!("there is no picture at {at_s} s: the run lasts from {first} to {last} s")
+}
+
 /// Pictures of one series, at most.
 const MOST_PICTURES: usize = 100_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_series_goes_on_where_scans_were_lost() {
+        // Scans at whole seconds, 4 to 6 lost.
+        let at =
+            |s: f64| (!(4.0..7.0).contains(&s)).then_some(s as u64).filter(|n| (1..=9).contains(n));
+        let of = |from: u32, to: u32| series((from..=to).map(f64::from), [1.0, 9.0], at);
+        let scans = of(2, 8).expect("some");
+        assert_eq!(scans.iter().map(|s| s.2).collect::<Vec<_>>(), [2, 3, 7, 8]);
+        assert_eq!(scans[2], (5, 7.0, 7), "named by its place in the series");
+        let none = of(4, 5).expect_err("none").to_string();
+        assert_eq!(none, "there is no picture at 4 s: scans were lost there");
+        let beyond = of(8, 12).expect_err("beyond").to_string();
+        assert_eq!(beyond, "there is no picture at 10 s: the run lasts from 1 to 9 s");
+    }
+}

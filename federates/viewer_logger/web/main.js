@@ -37,7 +37,7 @@ const MOST_WAITED = 40;
 
 const state = {
   run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
-  scan: null, live: true, selected: null, link: "connecting", notice: null, playing: false, answer: null,
+  scan: null, live: true, asked: null, selected: null, link: "connecting", notice: null, playing: false, answer: null,
   runs: [], shownRuns: [], loop: null, wish: {}, effect: null, tab: "tracks", traffic: null, strips: [],
 };
 
@@ -112,13 +112,13 @@ const link = new Link({
     showLink();
   },
 }, () => {
-  const hello = [{ type: "show", scan: state.live ? null : state.scan?.scan ?? null }];
+  const hello = [{ type: "show", scan: state.live ? null : state.asked ?? state.scan?.scan ?? null }];
   if (selectedNumber() !== null) hello.push({ type: "select", track: selectedNumber() });
   if (state.wish.run) hello.unshift({ type: "open", runs: state.wish.run });
   return hello;
 });
 
-const { showScan, showTime, setLive, setPlaying, showTimeline, finished, askStrip, forgetStrip, toEvent, setLoop, askTime, goTo, grantTime, times } = playback({
+const { showScan, came, showTime, setLive, setPlaying, showTimeline, finished, askStrip, forgetStrip, toEvent, setLoop, askTime, goTo, grantTime, times } = playback({
   state, map, link, line, changed: () => addressChanged(), say: (answer) => showAnswer(answer),
   shown: () => {
     showClock();
@@ -176,7 +176,7 @@ function onText(message) {
     case "runs":
       state.runs = message.runs;
       if (otherFirst(state.shownRuns, message.shown)) {
-        state.operations = [];
+        Object.assign(state, { operations: [], asked: null });
         forgetSaid({ state, map, alerts });
         selectAgain({ state, select });
       }
@@ -262,6 +262,7 @@ function onScan(buffer) {
     }
     state.scan = scan;
     state.notice = null;
+    came();
   } catch (error) {
     state.notice = `A picture could not be read: ${error.message}.`;
     showLink();

@@ -7,7 +7,7 @@ const byId = (id) => document.getElementById(id);
 
 /** The moment of a page: `changed()` when the address follows, `shown()` when clock and weather do. */
 export function playback({ state, map, link, line, changed, shown, say: showAnswer }) {
-  let stripAsked = -Infinity;
+  let stripAsked = -Infinity, awaited = false;
 
   /** Whether the run shown no longer goes on: nothing can be commanded, and its end is not "now". */
   function finished() {
@@ -19,8 +19,23 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
     if (first === undefined) return;
     const wanted = Math.min(last, Math.max(first, Math.round(scan)));
     state.live = false;
+    state.asked = wanted;
+    awaited = true; // also without a connection: the next one begins with what was asked for
     link.send({ type: "show", scan: wanted });
     showTimeline(wanted);
+  }
+
+  /** A scan came. Where the one asked for was lost it is the one before, and that is said. */
+  function came() {
+    awaited = false;
+    const { asked, live, scan } = state;
+    if (!live && Number.isFinite(asked) && scan && scan.scan !== asked) showAnswer({ accepted: false, text: `there is no scan ${asked}: this is scan ${scan.scan}` });
+  }
+
+  /** The next scan, or the one before: after the one asked for, so that those that were lost are passed. */
+  function step(by) {
+    const shown = state.scan?.scan ?? 0, asked = (!state.live && state.asked) || shown;
+    showScan(by > 0 ? Math.max(asked, shown) + by : Math.min(asked, shown) + by);
   }
 
   /** A time in seconds instead of a scan; beyond the ends of what there is, the nearest end, and said. */
@@ -33,6 +48,7 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
 
   function setLive(live) {
     state.live = live;
+    state.asked = null;
     setPlaying(false);
     if (live) link.send({ type: "show", scan: null });
     showTimeline();
@@ -50,7 +66,7 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
         const { loop, scan } = state;
         if (loop && scan && (scan.timeS >= loop[1] || scan.timeS < loop[0])) showTime(loop[0]);
         else if (!scan || scan.newest) finished() ? setPlaying(false) : setLive(true);
-        else showScan(scan.scan + 1);
+        else if (!awaited) step(1);
       }, every);
     }
     byId("timeline").querySelector("[data-time=play]").setAttribute("aria-pressed", String(on));
@@ -133,11 +149,11 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
   }
 
   const times = {
-    back: () => showScan((state.scan?.scan ?? 1) - 1), forth: () => showScan((state.scan?.scan ?? 0) + 1),
+    back: () => step(-1), forth: () => step(1),
     play: () => setPlaying(!state.playing), live: () => setLive(true),
   };
 
   /** The columns are asked for again: other runs are shown. */
   const forgetStrip = () => (stripAsked = -Infinity);
-  return { showScan, showTime, setLive, setPlaying, showTimeline, finished, askStrip, forgetStrip, toEvent, setLoop, askTime, goTo, grantTime, times };
+  return { showScan, came, showTime, setLive, setPlaying, showTimeline, finished, askStrip, forgetStrip, toEvent, setLoop, askTime, goTo, grantTime, times };
 }
