@@ -52,6 +52,8 @@ pub struct Log {
     events: EventFinder,
     /// The weather as the time line told it last: the same again is no event.
     weather_told: Option<String>,
+    /// The effect plan of the last scan: a row that stands on is not written again.
+    plan: Vec<[String; 5]>,
     /// Keeps other runs from replacing the file.
     _written: Option<std::fs::File>,
 }
@@ -76,6 +78,7 @@ impl Log {
             scans_lost: 0,
             events: EventFinder::default(),
             weather_told: None,
+            plan: Vec::new(),
         })
     }
 
@@ -116,11 +119,14 @@ impl Log {
     /// As [`Self::scan`].
     pub fn scan_noted(&mut self, scan: &ScanReport, noted: &Noted) -> Result<(), LogError> {
         let events = self.events.scan(scan);
+        let before: BTreeSet<_> = self.plan.iter().collect();
+        let plan: Vec<_> = scan.plan.iter().filter(|row| !before.contains(row)).collect();
         let done = self.write(|t| {
-            write_scan(t, scan)?;
+            write_scan(t, scan, &plan)?;
             write_notes(t, scan.scan, noted)?;
             write_events(t, &events)
         });
+        self.plan.clone_from(&scan.plan);
         let written = done.is_ok() && self.database.is_some();
         *(if written { &mut self.scans } else { &mut self.scans_lost }) += 1;
         done
@@ -485,7 +491,7 @@ pub(super) fn operation_event(o: &Operation) -> Event {
 pub(super) const APPLICATION_ID: i32 = 0x5345_4544;
 
 /// Version of the tables in `log.sql`; a reader knows all earlier ones.
-pub const SCHEMA: i64 = 4;
+pub const SCHEMA: i64 = 5;
 
 /// The file, locked for as long as its log is written, so that another run does not take its place; `None` where nothing can be locked.
 fn held(path: &Path) -> Option<std::fs::File> {

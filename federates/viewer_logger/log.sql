@@ -95,11 +95,9 @@ CREATE TABLE foreign_tracks (
 -- Measures of the SMDFM since the start of the run, as they stood at each scan.
 CREATE TABLE statistics (scan INTEGER, name TEXT, value REAL, PRIMARY KEY (scan, name)) WITHOUT ROWID;
 
--- The effect plan; a row stands from its scan on.
-CREATE TABLE plan (
-  scan INTEGER, sensor TEXT, effect TEXT, called_for_by TEXT, bound TEXT, decision TEXT,
-  UNIQUE (sensor, effect, called_for_by, bound, decision)
-);
+-- The effect plan; a row stands from its scan on, until another one of its sensor and effect. Before version 5 one that
+-- came back was not written again.
+CREATE TABLE plan (scan INTEGER, sensor TEXT, effect TEXT, called_for_by TEXT, bound TEXT, decision TEXT);
 
 CREATE TABLE weather (
   time_ns INTEGER, rain_mm_per_h REAL, visibility_m REAL,  -- visibility NULL: clear

@@ -7,7 +7,12 @@ use crate::viewer_logger::frame::{Note, Noted, entity_key, plot_error_m};
 use crate::viewer_logger::source::ScanSums;
 use rusqlite::{Transaction, params};
 
-pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
+/// `plan`: the rows of its effect plan that did not stand in the scan before.
+pub(super) fn write_scan(
+    t: &Transaction<'_>,
+    scan: &ScanReport,
+    plan: &[&[String; 5]],
+) -> rusqlite::Result<()> {
     let number = scan.scan as i64;
     let sums = ScanSums::of(scan);
     t.prepare_cached("INSERT INTO scans VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)")?.execute(params![
@@ -114,8 +119,8 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
     for (name, value) in &scan.measures {
         insert.execute(params![number, name, value])?;
     }
-    let mut insert = t.prepare_cached("INSERT OR IGNORE INTO plan VALUES (?,?,?,?,?,?)")?;
-    for row in &scan.plan {
+    let mut insert = t.prepare_cached("INSERT INTO plan VALUES (?,?,?,?,?,?)")?;
+    for row in plan {
         insert.execute(params![number, row[0], row[1], row[2], row[3], row[4]])?;
     }
     Ok(())

@@ -151,3 +151,28 @@ fn figures_that_are_none_are_null() {
         1.0
     );
 }
+
+#[test]
+fn a_decision_of_the_effect_plan_that_comes_back_is_written_again() {
+    let folder = Folder::new();
+    let mut log = create(&folder);
+    let row = |effect: &str, decision: &str| {
+        ["1", effect, "weather", "0.1 m", decision].map(str::to_owned)
+    };
+    for (n, decision) in (1..).zip(["exact", "exact", "skipped", "skipped", "exact", "exact"]) {
+        let plan = vec![row("fog", decision), row("rain", "exact")];
+        log.scan(&ScanReport { plan, ..scan(n) }).expect("written");
+    }
+    log.close().expect("closed");
+    let reader = Connection::open(folder.file()).expect("a reader");
+    let mut told = reader
+        .prepare("SELECT scan, effect, decision FROM plan ORDER BY rowid")
+        .expect("a question");
+    let told = told.query_map([], |r| Ok((r.get(0)?, r.get(1)?, r.get(2)?))).expect("asked");
+    let told: Vec<(i64, String, String)> = told.collect::<Result<_, _>>().expect("rows");
+    let told: Vec<String> = told.iter().map(|(n, e, d)| format!("{n} {e} {d}")).collect();
+    assert_eq!(told, ["1 fog exact", "1 rain exact", "3 fog skipped", "5 fog exact"]);
+    let archive = super::super::archive::Archive::open(&folder.file()).expect("opened");
+    let stood = archive.plan().expect("read");
+    assert!(stood.contains(&row("fog", "exact")) && stood.len() == 2, "{stood:?}");
+}
