@@ -9,7 +9,7 @@ use crate::gateway::public::iso8601;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use crate::runtime::clock::utc_ns;
-use crate::runtime::messages::Frame;
+use crate::runtime::messages::{Frame, WeatherNotice};
 use crate::smdfm::change::{Amend, Anew};
 use crate::viewer_logger::archive::Archive;
 use crate::viewer_logger::log::Log;
@@ -408,12 +408,8 @@ impl Fork {
     /// What the log says beside scans: weather, flights, the fork itself.
     fn keep_about(&self, log: &mut Log) -> anyhow::Result<()> {
         let ns_of = |frame: Frame| frame as i64 * self.plan.before.run.frame.0;
-        for mut weather in self.root.weather()? {
-            let changed = self.plan.stages.iter().rev().find(|s| weather.from_ns >= ns_of(s.at));
-            if let Some(Stage { amend, .. }) = changed {
-                weather.rain_mm_per_h *= amend.rain_factor;
-                weather.visibility_m = amend.visibility_m.unwrap_or(weather.visibility_m);
-            }
+        let stages: Vec<_> = self.plan.stages.iter().map(|s| (ns_of(s.at), &s.amend)).collect();
+        for weather in amended(self.root.weather()?, &stages) {
             log.weather(&weather)?;
         }
         log.flights(&self.root.flights()?)?;
@@ -460,6 +456,23 @@ impl Fork {
         }
         out
     }
+}
+
+/// The weather of a run as stages amend it, each from a time on, ns: notices that come then, and the one that is in force as it begins.
+fn amended(notices: Vec<WeatherNotice>, stages: &[(i64, &Amend)]) -> Vec<WeatherNotice> {
+    let as_told = Amend::default();
+    let at = |ns: i64| stages.iter().rev().find(|s| s.0 <= ns).map_or(&as_told, |s| s.1);
+    let in_force = stages.iter().filter_map(|(from_ns, amend)| {
+        let notice = notices.iter().rfind(|w| w.from_ns <= *from_ns)?;
+        let news = at(from_ns - 1).notice(notice.clone()) != amend.notice(notice.clone());
+        (notice.from_ns < *from_ns && news)
+            .then(|| WeatherNotice { from_ns: *from_ns, ..notice.clone() })
+    });
+    let in_force: Vec<_> = in_force.collect();
+    let mut all = notices;
+    all.extend(in_force);
+    all.sort_by_key(|w| w.from_ns);
+    all.into_iter().map(|w| at(w.from_ns).notice(w)).collect()
 }
 
 /// Which sensors are made again where these keys change.
@@ -546,6 +559,50 @@ mod tests {
         let real =
             ["tracking.filter", "sensor[control].enabled", "weather.rain_factor", "controls"];
         assert_eq!(said(&real), None);
+    }
+
+    #[test]
+    fn the_weather_of_a_fork_is_amended_with_its_cells_and_from_its_own_time_on() {
+        let notice = |from_ns: i64, rain: f64| WeatherNotice {
+            from_ns,
+            rain_mm_per_h: rain,
+            visibility_m: f64::INFINITY,
+            temperature_k: 288.15,
+            pressure_hpa: 1013.25,
+            vapour_g_per_m3: 7.5,
+            wind_mps: [0.0; 2],
+            film_mm: 0.0,
+            cells: vec![[1.0, 2.0, 300.0, 4.0 * rain]],
+        };
+        let (fog, rain) = (
+            Amend { visibility_m: Some(500.0), ..Amend::default() },
+            Amend { rain_factor: 2.0, visibility_m: Some(500.0), ..Amend::default() },
+        );
+        let seed = Amend { seed: Some(3), ..rain.clone() };
+        let stages = [(15, &fog), (20, &rain), (25, &seed)];
+        let told = amended(
+            vec![notice(0, 1.0), notice(10, 2.0), notice(20, 3.0), notice(30, 4.0)],
+            &stages,
+        );
+        let rows: Vec<_> = told
+            .iter()
+            .map(|w| (w.from_ns, w.rain_mm_per_h, w.cells[0][3], w.visibility_m))
+            .collect();
+        let clear = f64::INFINITY;
+        assert_eq!(
+            rows,
+            [
+                (0, 1.0, 4.0, clear),
+                (10, 2.0, 8.0, clear),
+                (15, 2.0, 8.0, 500.0),
+                (20, 6.0, 24.0, 500.0),
+                (30, 8.0, 32.0, 500.0),
+            ],
+            "another seed is no other weather"
+        );
+        assert_eq!(told[4].cells[0][..3], [1.0, 2.0, 300.0]);
+        assert!(amended(Vec::new(), &stages).is_empty());
+        assert_eq!(amended(vec![notice(0, 1.0)], &[]), [notice(0, 1.0)]);
     }
 
     #[test]

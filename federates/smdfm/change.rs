@@ -1,6 +1,7 @@
 //! Another scene, tracker, weather or seed from a scan on, with all that did not change kept: what a fork is made of.
 
 use super::{Smdfm, setup};
+use crate::runtime::messages::WeatherNotice;
 use models::environment::Weather;
 use models::fusion::Tracker;
 use scenarios::Scene;
@@ -40,6 +41,19 @@ impl Amend {
             weather.visibility_m = visibility_m;
         }
         weather
+    }
+
+    /// The same of the weather as it is told.
+    #[must_use]
+    pub fn notice(&self, mut notice: WeatherNotice) -> WeatherNotice {
+        if self.rain_factor.to_bits() != 1.0_f64.to_bits() {
+            notice.rain_mm_per_h *= self.rain_factor;
+            for [.., rain_mm_per_h] in &mut notice.cells {
+                *rain_mm_per_h *= self.rain_factor;
+            }
+        }
+        notice.visibility_m = self.visibility_m.unwrap_or(notice.visibility_m);
+        notice
     }
 }
 
