@@ -80,6 +80,7 @@ pub struct Viewer {
     detection: Option<Arc<detection::Maps>>,
     blocks: Vec<picture::Block>,
     cab_m: [f64; 3],
+    reference_deg: [f64; 2],
 }
 
 /// Where the scans come from.
@@ -134,6 +135,7 @@ impl Viewer {
             detection: None,
             blocks: Vec::new(),
             cab_m: [0.0; 3],
+            reference_deg: [0.0; 2],
         }
     }
 
@@ -218,6 +220,7 @@ impl Viewer {
         self.blocks.clone_from(&map.blocks);
         let map = map.with_cab();
         self.cab_m = map.cab_m();
+        self.reference_deg = map.reference_deg;
         let filters = models::filter::Rung::ALL.map(|(_, name)| name);
         let words = frame::words();
         self.set(
@@ -302,6 +305,13 @@ impl Viewer {
     #[must_use]
     pub fn info(&self) -> &RunInfo {
         &self.info
+    }
+
+    /// Latitude and longitude from which metres are counted, degrees; none where nobody says them.
+    #[must_use]
+    pub fn reference_deg(&self) -> Option<[f64; 2]> {
+        let [latitude, longitude] = self.reference_deg;
+        (latitude != 0.0 || longitude != 0.0).then_some(self.reference_deg)
     }
 
     /// The database that a run is shown from; none of one that goes on in this process.

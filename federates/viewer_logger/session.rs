@@ -276,6 +276,17 @@ impl Session {
                 first.info().airport
             ));
         }
+        let apart = |v: &&Viewer| match (v.reference_deg(), first.reference_deg()) {
+            (Some(a), Some(b)) => a.iter().zip(b).any(|(a, b)| (a - b).abs() > SAME_PLACE_DEG),
+            _ => false,
+        };
+        if let Some(other) = runs.iter().map(|at| all[*at]).find(apart) {
+            return Err(format!(
+                "open: {} and {} count metres from different places: one map cannot show both (recordings: name their --scene)",
+                other.id(),
+                first.id()
+            ));
+        }
         let generation = first.generation;
         let same = self.shown_runs()[0] == runs[0];
         let shown = self.time_in(all, first);
@@ -416,7 +427,9 @@ impl Session {
 /// they overlap.
 fn offset_ns(first: &Viewer, other: &Viewer) -> i64 {
     let (a, b) = (first.info(), other.info());
-    if a.scene_digest == b.scene_digest || b.fork.is_some() || a.fork.is_some() {
+    // A recording without its scene is of none.
+    let one_scene = !a.scene_digest.is_empty() && a.scene_digest == b.scene_digest;
+    if one_scene || b.fork.is_some() || a.fork.is_some() {
         return 0;
     }
     let offset = a.start_utc_ns.saturating_sub(b.start_utc_ns);
@@ -447,6 +460,8 @@ const NO_OPERATIONS: &str = r#"{"type":"operations","operations":[]}"#;
 const WHOLE: [&str; 5] = ["scene", "state", "weather", "flights", "federates"];
 /// Runs on one clock, at most.
 pub(super) const MOST_RUNS: usize = 8;
+/// Reference points that differ by less are one: a metre.
+const SAME_PLACE_DEG: f64 = 1e-5;
 /// Changes of one fork, at most.
 const MOST_CHANGES: usize = 16;
 /// Events in one message, at most.

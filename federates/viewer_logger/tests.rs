@@ -199,6 +199,47 @@ fn a_restarted_run_begins_the_history_anew() {
 }
 
 #[test]
+fn recordings_without_a_scene_lie_beside_each_other_by_place_and_clock() {
+    let recording = |id: &str, start_utc_ns: i64, reference_deg: [f64; 2]| {
+        let mut viewer = Viewer::new(1 << 20);
+        viewer.set_id(id);
+        let info = RunInfo { start_utc_ns, ..RunInfo::default() };
+        viewer.on_scene(&info, &AirportMap { reference_deg, ..AirportMap::default() });
+        (1..=9).for_each(|n| viewer.on_scan(&scan(n)));
+        viewer
+    };
+    let s = 1_000_000_000;
+    let (zurich, runs) = ([47.458, 8.548], ["a", "later", "elsewhere", "unknown"]);
+    let runs = [
+        recording(runs[0], 7, zurich),
+        recording(runs[1], 7 + 2 * s, [47.458, 8.548_000_1]),
+        recording(runs[2], 7, [47.458, 8.549]),
+        recording(runs[3], 7, [0.0, 0.0]),
+    ];
+    let all: Vec<&Viewer> = runs.iter().collect();
+    let mut session = Session::default();
+    let mut open = |ids: &[&str]| {
+        let ids: Vec<String> = ids.iter().map(|id| (*id).to_owned()).collect();
+        session.open(&all, &ids).map(|()| {
+            session.on_message(r#"{"type":"show","scan":5}"#);
+            session.poll_runs(&all)
+        })
+    };
+    let refused = open(&["a", "elsewhere"]).expect_err("another origin");
+    assert!(refused.contains("elsewhere") && refused.contains("--scene"), "{refused}");
+    let out = open(&["a", "later"]).expect("one origin");
+    let scans: Vec<u32> = out
+        .iter()
+        .filter_map(|m| match m {
+            Outgoing::Binary(octets) => Some(u32_at(octets, 8)),
+            Outgoing::Text(_) => None,
+        })
+        .collect();
+    assert_eq!(scans, [5, 3], "by the clock, which began two seconds later");
+    assert!(open(&["a", "unknown"]).is_ok(), "of a log that does not say it");
+}
+
+#[test]
 fn of_too_many_events_those_that_somebody_is_to_look_at_and_the_newest_are_marked() {
     let mut viewer = Viewer::new(1 << 24);
     viewer.on_scan(&scan(1));
