@@ -12,10 +12,11 @@ use crate::runtime::clock::utc_ns;
 use crate::runtime::messages::{Frame, WeatherNotice};
 use crate::smdfm::change::{Amend, Anew};
 use crate::viewer_logger::archive::Archive;
+use crate::viewer_logger::kept_scene::{self, is_of_scene, is_switch};
 use crate::viewer_logger::log::Log;
+use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::{AirportMap, RunInfo};
 use crate::viewer_logger::source::Event;
-use crate::viewer_logger::{kept_scene, opened};
 use anyhow::{Context, bail, ensure};
 use chain::{Chain, Fragment, Told};
 use clap::Args;
@@ -481,7 +482,7 @@ fn anew_of(keys: &[&str]) -> Anew {
         let inside = key.strip_prefix("sensor[")?;
         Some(inside.split_once(']')?.0.to_owned())
     };
-    let of_scene = keys.iter().filter(|key| !AMENDED.contains(key) && !is_switch(key));
+    let of_scene = keys.iter().filter(|key| is_of_scene(key));
     let of_scene: Vec<&&str> = of_scene.collect();
     let shared = |k: &&&str| sensor(k).is_none() && !k.starts_with("tracking.");
     if of_scene.iter().any(shared) {
@@ -529,14 +530,6 @@ fn plain(value: &str) -> String {
         _ => serde_json::Value::from(value).to_string(),
     }
 }
-
-/// `sensor[NAME].enabled`.
-fn is_switch(key: &str) -> bool {
-    key.starts_with("sensor[") && key.ends_with("].enabled")
-}
-
-/// Keys that are not values of the scene.
-const AMENDED: [&str; 3] = ["weather.rain_factor", "weather.visibility_m", "run.sensor_seed"];
 
 /// Whether it is interrupted: half a fork is not one.
 static STOP: AtomicBool = AtomicBool::new(false);

@@ -189,7 +189,7 @@ impl Maps {
                     return Ok(Arc::clone(scene));
                 }
                 let archive = Archive::open(database).map_err(|e| e.to_string())?;
-                let scene = kept_scene::load(&archive).map_err(|e| format!("{e:#}"))?;
+                let scene = kept_scene::load_as_changed(&archive).map_err(|e| format!("{e:#}"))?;
                 Ok(Arc::clone(self.stored.get_or_init(|| Arc::new(scene))))
             }
         }

@@ -39,6 +39,30 @@ pub fn load_as_tracked(archive: &Archive) -> anyhow::Result<Scene> {
     changed(archive, &changes(archive)?.into_iter().filter(tracking).collect::<Vec<_>>())
 }
 
+/// The same with all values of the scene that a fork changed, as it ended, where the run is one.
+///
+/// # Errors
+/// As [`load`] and [`changes`].
+pub fn load_as_changed(archive: &Archive) -> anyhow::Result<Scene> {
+    let of_scene = changes(archive)?.into_iter().filter(|c| is_of_scene(&c.0));
+    changed(archive, &of_scene.collect::<Vec<_>>())
+}
+
+/// Whether what a fork changes is a value of the scene: neither the weather as a whole, nor a seed, nor a sensor that is off.
+#[must_use]
+pub fn is_of_scene(key: &str) -> bool {
+    !AMENDED.contains(&key) && !is_switch(key)
+}
+
+/// `sensor[NAME].enabled`.
+#[must_use]
+pub fn is_switch(key: &str) -> bool {
+    key.starts_with("sensor[") && key.ends_with("].enabled")
+}
+
+/// Keys that are not values of the scene.
+const AMENDED: [&str; 3] = ["weather.rain_factor", "weather.visibility_m", "run.sensor_seed"];
+
 /// Keys and values that a fork changed in its parent's scene; none of a run that is no fork.
 ///
 /// # Errors
@@ -112,4 +136,36 @@ pub fn write(archive: &Archive, folder: &Path) -> anyhow::Result<(String, PathBu
     let path = inside.join(&scene);
     let text = std::fs::read_to_string(&path)?;
     Ok((text, path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer_logger::log::tests::Folder;
+    use crate::viewer_logger::picture::{AirportMap, RunInfo};
+
+    #[test]
+    fn what_is_shown_of_a_fork_is_of_its_own_scene() {
+        let folder = Folder::new();
+        let parent = scenarios::load_without_truth(&scenarios::locate("asmgcs")).expect("a scene");
+        let of = |name: &str, fork: Option<&str>, changes: &[(&str, &str)]| {
+            let file = folder.0.join(name);
+            let info = RunInfo { fork: fork.map(str::to_owned), ..RunInfo::default() };
+            let mut log = Log::create(&file, &info, &AirportMap::default()).expect("a log");
+            keep(&mut log, &parent);
+            log.fact(CHANGES, &serde_json::json!(changes).to_string()).expect("written");
+            log.close().expect("closed");
+            load_as_changed(&Archive::open(&file).expect("opened")).expect("read").hash
+        };
+        let own = of("own.sqlite", None, &[("tracking.filter", "abg")]);
+        assert_eq!(own, parent.hash, "a run that is no fork");
+        let radar = &parent.sensors.iter().find(|s| s.asde.is_some()).expect("a radar").name;
+        let off = format!("sensor[{radar}].enabled");
+        let beside = [("weather.rain_factor", "2"), ("run.sensor_seed", "3"), (&off, "false")];
+        assert_eq!(of("beside.sqlite", Some("a"), &beside), parent.hash);
+        let all = [beside[0], ("tracking.filter", "abg")];
+        let changed = of("changed.sqlite", Some("a"), &all);
+        assert_ne!(changed, parent.hash);
+        assert_eq!(changed, of("alone.sqlite", Some("a"), &all[1..]));
+    }
 }

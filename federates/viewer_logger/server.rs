@@ -154,6 +154,11 @@ impl Page {
         self.with_all(|all| Some(look(all.iter().find(|v| v.id() == run)?.source())))
     }
 
+    /// Looks at the run of this name, at the first where none is named.
+    fn with_run<T>(&self, run: &str, look: impl FnOnce(&Viewer) -> T) -> Option<T> {
+        self.with_all(|all| Some(look(all.iter().find(|v| run.is_empty() || v.id() == run)?)))
+    }
+
     /// Tells a topic to everybody, whichever run they look at.
     pub(super) fn tell_all(&self, topic: &'static str, message: &serde_json::Value) {
         self.viewer().tell(topic, message.clone());

@@ -1,5 +1,6 @@
 //! What a page asks for beside its files and its WebSocket: figures, where the radars see, a turn of a radar's video.
 
+use super::super::Viewer;
 use super::super::detection::{Maps, What};
 use super::super::geometry;
 use super::super::metrics;
@@ -24,13 +25,16 @@ pub(super) async fn figures(headers: HeaderMap, State(shared): State<Arc<Shared>
     ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
 }
 
-/// What a page asks of the radars: one of them (`sensor`), or all together, at a time, s; `of`: `pd` or `sigma`.
+/// What a page asks of the radars: one of them (`sensor`), or all together, at a time, s; `of`: `pd` or `sigma`. Here as below `run` names
+/// the run, else it is the first.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Asking {
     sensor: Option<u16>,
     #[serde(default)]
     t: f64,
     of: Option<String>,
+    #[serde(default)]
+    run: String,
 }
 
 /// Where the radars see, as a picture; its place (west and north edge, side of a cell, m) in `x-place`.
@@ -49,8 +53,9 @@ pub(super) async fn detection(
         let words = "sensor is a number of a sensor, t a time in seconds, of pd or sigma\n";
         return (StatusCode::BAD_REQUEST, words).into_response();
     };
-    let Some(maps) = shared.page.viewer().detection() else {
-        return (StatusCode::NOT_FOUND, "there is no scene yet\n").into_response();
+    let maps = match looked_at(&shared, &asking.run, Viewer::detection) {
+        Ok(maps) => maps,
+        Err(refusal) => return refusal.into_response(),
     };
     // A tenth of a second of arithmetic: not on the thread that serves.
     let made =
@@ -73,13 +78,15 @@ pub(super) async fn detection(
 }
 
 /// Of which sensor a page asks the geometry, at a time, s, and for a target where, m east and north.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub(super) struct AskingGeometry {
     sensor: u16,
     #[serde(default)]
     t: f64,
     x: Option<f64>,
     y: Option<f64>,
+    #[serde(default)]
+    run: String,
 }
 
 impl AskingGeometry {
@@ -104,12 +111,10 @@ pub(super) async fn geometry(
             "sensor is a number of a sensor, t a time in seconds, x and y a place in metres\n";
         return (StatusCode::BAD_REQUEST, words).into_response();
     };
-    let found = {
-        let viewer = shared.page.viewer();
-        viewer.detection().map(|maps| (maps, viewer.info().seed))
-    };
-    let Some((maps, seed)) = found else {
-        return (StatusCode::NOT_FOUND, "there is no scene yet\n").into_response();
+    let with_seed = |viewer: &Viewer| Some((viewer.detection()?, viewer.info().seed));
+    let (maps, seed) = match looked_at(&shared, &asking.run, with_seed) {
+        Ok(found) => found,
+        Err(refusal) => return refusal.into_response(),
     };
     let target_m = asking.x.zip(asking.y).map(|(x, y)| Point2::new(x, y));
     let time = SimTime::from_s(asking.t);
@@ -124,10 +129,12 @@ pub(super) async fn geometry(
 }
 
 /// Which turn of which radar a page asks for.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub(super) struct AskingTurn {
     sensor: u16,
     scan: u64,
+    #[serde(default)]
+    run: String,
 }
 
 /// What is made of the sensor and the scan that a page asks for: the maker, the sensor, the seed of the run, and the scan as the page was
@@ -140,17 +147,30 @@ fn sensor_and_scan(
     if let Err(reason) = shared.access.may_read(headers) {
         return Err((StatusCode::FORBIDDEN, format!("{reason}\n")));
     }
-    let Ok(Query(AskingTurn { sensor, scan })) = asking else {
+    let Ok(Query(AskingTurn { sensor, scan, run })) = asking else {
         let words = "sensor is a number of a radar, scan the number of a scan\n";
         return Err((StatusCode::BAD_REQUEST, words.to_owned()));
     };
-    let viewer = shared.page.viewer();
-    let source = viewer.source();
-    let there = source.nearest(scan).filter(|near| *near == scan);
-    let message = there.and_then(|scan| source.message(scan));
-    let found = viewer.detection().zip(message);
-    let found = found.map(|(maps, scan)| (maps, sensor, viewer.info().seed, scan));
-    found.ok_or_else(|| (StatusCode::NOT_FOUND, "there is no such scan\n".to_owned()))
+    let (maps, seed, message) = looked_at(shared, &run, |viewer| {
+        let source = viewer.source();
+        let there = source.nearest(scan).filter(|near| *near == scan);
+        let message = there.and_then(|scan| source.message(scan));
+        Some((viewer.detection()?, viewer.info().seed, message))
+    })?;
+    let message =
+        message.ok_or_else(|| (StatusCode::NOT_FOUND, "there is no such scan\n".to_owned()))?;
+    Ok((maps, sensor, seed, message))
+}
+
+/// What a page wants to know of the run of this name; the first one's where it names none.
+fn looked_at<T>(
+    shared: &Shared,
+    run: &str,
+    look: impl FnOnce(&Viewer) -> Option<T>,
+) -> Result<T, Refusal> {
+    let none = |what: &str| (StatusCode::NOT_FOUND, format!("there is no {what}\n"));
+    let found = shared.page.with_run(run, look).ok_or_else(|| none("such run"))?;
+    found.ok_or_else(|| none("scene yet"))
 }
 
 /// Status and sentence of what is not answered.
@@ -207,8 +227,8 @@ pub(super) async fn turn(
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::Viewer;
     use super::super::{Operate, Page, serve};
+    use super::*;
     use std::io::{Read, Write};
 
     #[test]
@@ -248,6 +268,45 @@ mod tests {
         assert!(get("/detection?t=3").starts_with("HTTP/1.1 404"));
         assert!(get("/video?sensor=1&scan=1").starts_with("HTTP/1.1 404"));
         assert!(get("/rings?sensor=1&scan=1").starts_with("HTTP/1.1 404"));
+        server.stop();
+    }
+
+    #[test]
+    fn what_is_asked_of_a_run_is_answered_by_that_run() {
+        use super::super::super::tests::scan;
+        let scene = scenarios::load_without_truth(&scenarios::locate("asmgcs")).expect("a scene");
+        let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar").id.0;
+        let page = Page::new(Viewer::new(1 << 16));
+        let mut second = Viewer::new(1 << 20);
+        second.set_id("the second");
+        second.show_detection(Maps::of(Arc::new(scene)));
+        second.on_scan(&scan(3));
+        page.add(second);
+        let operate: Operate = Box::new(|_, _| (true, String::new()));
+        let here = "127.0.0.1:0".parse().expect("an address");
+        let server = serve(here, page, operate).expect("served");
+        let port = server.address().port();
+        let get = |path: &str| {
+            let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).expect("connected");
+            write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
+                .expect("sent");
+            let mut answer = Vec::new();
+            stream.read_to_end(&mut answer).expect("an answer");
+            String::from_utf8_lossy(&answer).into_owned()
+        };
+        for path in ["geometry", "detection", "rings", "video"] {
+            let query = format!("/{path}?sensor={radar}&t=3&scan=3");
+            assert!(get(&query).contains("there is no scene yet"), "{path}: of the first");
+            let answer = get(&format!("{query}&run=nobody"));
+            assert!(answer.contains("there is no such run"), "{path}: {answer}");
+            let answer = get(&format!("{query}&run=the+second"));
+            let geometry = path == "geometry" && answer.starts_with("HTTP/1.1 404");
+            let own = answer.starts_with("HTTP/1.1 200") || geometry;
+            assert!(own && !answer.contains("there is no"), "{path}: {answer}");
+        }
+        assert!(
+            get(&format!("/rings?sensor={radar}&scan=4&run=the+second")).contains("no such scan")
+        );
         server.stop();
     }
 }

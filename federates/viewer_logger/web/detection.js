@@ -2,16 +2,20 @@
 // nothing is displayed.
 
 export class Detection {
-  /** `sensor`: a radar's number, or null for all together; `changed()`: another picture is there; `of`: "pd" or "sigma". */
-  constructor(sensor, changed, of = "pd") {
-    Object.assign(this, { sensor, changed, of, key: null, picture: null, shown: 0 });
+  /**
+   * `sensor`: a radar's number, or null for all together; `changed()`: another picture is there; `of`: "pd" or "sigma"; `run()`: the
+   * name of the run that is looked at.
+   */
+  constructor(sensor, changed, of = "pd", run = () => "") {
+    Object.assign(this, { sensor, changed, of, run, key: null, picture: null, shown: 0 });
   }
 
   /** Draws the picture of the weather since `fromS`; asks for it where it is not there. */
   paint(g, cam, fromS) {
-    const key = String(fromS);
+    const run = this.run(), key = `${fromS} ${run}`;
     if (key !== this.key) {
-      this.key = key;
+      if (run !== this.ofRun) this.picture = null;
+      Object.assign(this, { key, ofRun: run });
       this.#ask(fromS);
     }
     if (!this.picture) return;
@@ -27,6 +31,7 @@ export class Detection {
   async #ask(fromS) {
     const token = sessionStorage.getItem("token"), key = this.key;
     const query = new URLSearchParams({ t: String(fromS), of: this.of });
+    if (this.ofRun) query.set("run", this.ofRun);
     if (this.sensor !== null) query.set("sensor", String(this.sensor));
     try {
       const answer = await fetch(`/detection?${query}`, token ? { headers: { Authorization: `Bearer ${token}` } } : {});

@@ -55,6 +55,7 @@ function withToken(url) {
 }
 
 export class Geometry {
+  run = "";
   told = null;
   target = null;
   why = "";
@@ -68,21 +69,27 @@ export class Geometry {
     Object.assign(this, { sensor, changed, fetched });
   }
 
-  /** What the scan shown needs; `selected`: a target whose stations are asked for. */
-  async take(scan, selected) {
+  /** What the scan shown needs, of a run; `selected`: a target whose stations are asked for. */
+  async take(scan, selected, run = "") {
+    if (run !== this.run) {
+      Object.assign(this, { run, told: null, target: null });
+      this.#asked = this.#askedTarget = null;
+      this.last.clear();
+    }
+    const of = run && `&run=${encodeURIComponent(run)}`, put = (told) => run === this.run && told();
     if (this.lastScanS === undefined || scan.timeS < this.lastScanS || scan.timeS > this.lastScanS + 5) this.last.clear();
     this.lastScanS = scan.timeS;
     for (const p of scan.plots) if (p.sensor === this.sensor && p.truthIndex >= 0) this.last.set(scan.truth[p.truthIndex]?.id, scan.timeS - (p.ageS || 0));
     const epoch = Math.max(0, Math.floor(scan.timeS / SKY_S) * SKY_S), key = this.told && this.told.kind !== "gps" ? "stands" : epoch;
     if (key !== "stands" && key !== this.#asked) {
       this.#asked = key;
-      await this.#get(`/geometry?sensor=${this.sensor}&t=${epoch}`, (told) => (this.told = told));
+      await this.#get(`/geometry?sensor=${this.sensor}&t=${epoch}${of}`, (told) => put(() => (this.told = told)));
     }
-    if (this.told?.kind !== "mlat") return;
+    if (this.told?.kind !== "mlat" || run !== this.run) return;
     const place = selected ? [selected.x, selected.y].map((v) => Math.round(v / 10) * 10) : null, asked = place?.join() ?? null;
     if (asked === this.#askedTarget) return;
     this.#askedTarget = asked;
-    if (place) await this.#get(`/geometry?sensor=${this.sensor}&x=${place[0]}&y=${place[1]}`, (told) => (this.target = asked === this.#askedTarget ? told.target : this.target));
+    if (place) await this.#get(`/geometry?sensor=${this.sensor}&x=${place[0]}&y=${place[1]}${of}`, (told) => put(() => (this.target = asked === this.#askedTarget ? told.target : this.target)));
     else this.target = null;
   }
 

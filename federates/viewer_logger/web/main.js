@@ -181,6 +181,7 @@ function onText(message) {
         selectAgain({ state, select });
       }
       state.shownRuns = message.shown;
+      map.run = message.shown[0] ?? "";
       map.others.clear();
       compared.forget();
       if (compared.mode) compared.page.changed();

@@ -49,7 +49,8 @@ export class MapView {
     Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
     Object.assign(this, { ghost: null, foreign: [], alerts: [], said: { traffic: null, lights: null }, stands: new Map() }); // what is said beside the scans
     Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
-    this.detection = new Detection(null, () => this.need("ground"));
+    this.run = ""; // name of the run that is looked at
+    this.detection = new Detection(null, () => this.need("ground"), "pd", () => this.run);
     listen(this);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     // What lies over the map is measured when it changes, never in a drawing.

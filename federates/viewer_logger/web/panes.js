@@ -86,7 +86,7 @@ class Pane {
       };
       this.knobs.replaceChildren(knob("dB", "Threshold of the video over noise, dB", "thresholdDb", 30, 1), knob("s", "Half time of the afterglow, s", "afterglowS", 5, 0.5));
     }
-    if (map.scan) this.video.want(map.scan.scan, { sweeping: map.live, wallS: this.panes.wallS?.() ?? 1 });
+    if (map.scan) this.video.want(map.scan.scan, { sweeping: map.live, wallS: this.panes.wallS?.() ?? 1, run: map.run });
   }
 
   /** The map's camera, for as large a piece of the airport as fits. */
@@ -103,7 +103,7 @@ class Pane {
     const kind = this.site?.kind;
     if (!kind || kind === "asde") return;
     this.geometry ??= new Geometry(this.sensor, () => this.draw());
-    this.geometry.take(scan, this.panes.map.find(this.panes.map.selected));
+    this.geometry.take(scan, this.panes.map.find(this.panes.map.selected), this.panes.map.run);
   }
 
   /** Keeps the scan's plots for the afterglow; a moment jumped to has none before it. */
@@ -138,7 +138,7 @@ class Pane {
 
   /** The airport, drawn again only where the view or the colours changed. */
   ground(g, cam, ratio) {
-    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao, map.weather?.from_ns, this.detection?.shown, Boolean(this.video)].join();
+    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao, map.run, map.weather?.from_ns, this.detection?.shown, Boolean(this.video)].join();
     if (key !== this.key) {
       this.key = key;
       this.under ??= document.createElement("canvas");
@@ -146,7 +146,7 @@ class Pane {
       const u = this.under.getContext("2d");
       u.setTransform(ratio, 0, 0, ratio, 0, 0);
       // Under what a radar sees: how surely it would.
-      if (this.site?.kind === "asde") this.detection ??= new Detection(this.sensor, () => this.panes.draw(), this.of);
+      if (this.site?.kind === "asde") this.detection ??= new Detection(this.sensor, () => this.panes.draw(), this.of, () => this.panes.map.run);
       paintAirport(u, { airport: map.airport, cam, c: map.c, layers: { buildings: true, coverage: this.sensor !== null }, box: { x: 0, y: 0, w: cam.width, h: cam.height } });
       if (!this.video) this.detection?.paint(u, cam, (map.weather?.from_ns ?? 0) / 1e9);
     }

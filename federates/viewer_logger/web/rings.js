@@ -82,12 +82,13 @@ const TILE = 8;
 export class Rings {
   /** `changed()`: something else is to be drawn. */
   constructor(changed) {
-    Object.assign(this, { changed, chosen: null, told: null, why: "", asking: false, wanted: null, askedAt: 0, patterns: new Map() });
+    Object.assign(this, { changed, chosen: null, run: "", told: null, why: "", asking: false, wanted: null, askedAt: 0, patterns: new Map() });
   }
 
-  /** An effect of a sensor: { sensor, effect }, or null for none; of the scan shown. */
-  want(chosen, scan) {
-    const other = chosen?.sensor !== this.chosen?.sensor;
+  /** An effect of a sensor: { sensor, effect }, or null for none; of the scan shown of a run. */
+  want(chosen, scan, run = "") {
+    const other = chosen?.sensor !== this.chosen?.sensor || run !== this.run;
+    this.run = run;
     const again = other || chosen?.effect !== this.chosen?.effect;
     this.chosen = chosen;
     if (other) this.told = null;
@@ -101,7 +102,7 @@ export class Rings {
   }
 
   async #ask() {
-    const { chosen, wanted } = this;
+    const { chosen, wanted, run } = this;
     if (this.asking || !chosen || wanted === null || (this.told?.scan === wanted && this.told.sensor === chosen.sensor)) return;
     // Live scans may come faster than anybody reads.
     const rest = this.askedAt + AGAIN_MS - performance.now();
@@ -114,16 +115,16 @@ export class Rings {
     this.asking = true;
     this.askedAt = performance.now();
     try {
-      const answer = await fetch(`/rings?${new URLSearchParams({ sensor: chosen.sensor, scan: wanted })}`, token ? { headers: { Authorization: `Bearer ${token}` } } : {});
+      const answer = await fetch(`/rings?${new URLSearchParams({ sensor: chosen.sensor, scan: wanted, ...(run && { run }) })}`, token ? { headers: { Authorization: `Bearer ${token}` } } : {});
       if (!answer.ok) throw new Error((await answer.text()).trim());
       const told = await answer.json();
-      if (this.chosen?.sensor === told.sensor) Object.assign(this, { told, why: "" });
+      if (this.chosen?.sensor === told.sensor && this.run === run) Object.assign(this, { told, why: "" });
     } catch (error) {
       Object.assign(this, { told: null, why: error.message });
     }
     this.asking = false;
     if (this.#key() !== before) this.changed();
-    if (!this.why && this.wanted !== wanted) this.#ask();
+    if (this.run !== run || (!this.why && this.wanted !== wanted)) this.#ask();
   }
 
   #key() {

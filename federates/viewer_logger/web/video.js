@@ -61,14 +61,15 @@ export function glowing(level, before, left) {
 export class Video {
   /** `changed()`: something else is to be drawn; `say(text)`: what is shown, or why nothing. */
   constructor(sensor, changed, say) {
-    Object.assign(this, { sensor, changed, say, turn: null, glow: null, table: null, image: null, wanted: null, asking: false, sweep: SECTORS, thresholdDb: 6, spanDb: 24, afterglowS: 1, why: "" });
+    Object.assign(this, { sensor, changed, say, run: "", turn: null, glow: null, table: null, image: null, wanted: null, asking: false, sweep: SECTORS, thresholdDb: 6, spanDb: 24, afterglowS: 1, why: "" });
     this.canvas = document.createElement("canvas");
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
-  /** The scan to show; `sweeping` where time goes on, `rateS` the wall seconds of a scan. */
-  want(scan, { sweeping, wallS }) {
-    Object.assign(this, { wanted: scan, sweeping: sweeping && !this.still.matches, wallS });
+  /** The scan to show, of a run; `sweeping` where time goes on, `wallS` the wall seconds of a scan. */
+  want(scan, { sweeping, wallS, run = "" }) {
+    if (run !== this.run) this.turn = null;
+    Object.assign(this, { wanted: scan, run, sweeping: sweeping && !this.still.matches, wallS });
     this.#ask();
   }
 
@@ -81,21 +82,24 @@ export class Video {
 
   async #ask() {
     if (this.asking || this.wanted === null || this.turn?.scan === this.wanted) return;
-    const token = sessionStorage.getItem("token"), scan = this.wanted;
+    const token = sessionStorage.getItem("token"), scan = this.wanted, { run } = this;
     this.asking = true;
     let again = 0;
     try {
-      const answer = await fetch(`/video?${new URLSearchParams({ sensor: this.sensor, scan })}`, token ? { headers: { Authorization: `Bearer ${token}` } } : {});
+      const answer = await fetch(`/video?${new URLSearchParams({ sensor: this.sensor, scan, ...(run && { run }) })}`, token ? { headers: { Authorization: `Bearer ${token}` } } : {});
       if (answer.status === 202) again = AGAIN_MS;
       else if (!answer.ok) throw new Error((await answer.text()).trim());
-      else this.#take(readTurn(await answer.arrayBuffer()));
+      else {
+        const octets = await answer.arrayBuffer();
+        if (run === this.run) this.#take(readTurn(octets));
+      }
     } catch (error) {
       this.why = error.message;
       this.changed();
     }
     this.asking = false;
     clearTimeout(this.later);
-    if (again || (this.wanted !== null && this.wanted !== scan)) this.later = setTimeout(() => this.#ask(), again || 50);
+    if (again || (this.wanted !== null && (this.wanted !== scan || this.run !== run))) this.later = setTimeout(() => this.#ask(), again || 50);
   }
 
   #take(turn) {

@@ -123,7 +123,7 @@ export default {
       details.open = opened;
       details.addEventListener("toggle", () => (opened = details.open));
     };
-    const ask = () => rings.want(map.skin === "controller" || map.blind ? null : state.effect ?? null, state.scan?.scan);
+    const ask = () => rings.want(map.skin === "controller" || map.blind ? null : state.effect ?? null, state.scan?.scan, map.run);
     const show = () => {
       const of = state.selected && (state.callsign || state.selected.replace(/^t/, "Track "));
       fill(cardBox, cards({ of, message: told, sensors: sensors() }));
