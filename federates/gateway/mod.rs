@@ -123,6 +123,7 @@ pub struct Gateway {
     pub(crate) areas: AreaMap,
     start_utc_ns: i64,
     scan_ns: i64,
+    frame_ns: i64,
     shift_ns: i64,
     pub(crate) flights: Vec<FlightNotice>,
     /// Places in the list by call sign, and by address as six hexadecimal digits; of several the first.
@@ -162,6 +163,7 @@ impl Gateway {
             areas: AreaMap::of(&scene.airport.layout, AreaRules::default()),
             start_utc_ns: scene.run.start_utc_ns,
             scan_ns: scene.run.scan().0,
+            frame_ns: scene.run.frame.0,
             shift_ns: 0,
             flights: Vec::new(),
             by_callsign: BTreeMap::new(),
@@ -219,6 +221,13 @@ impl Gateway {
     /// Stop bars, as control tells them (JSON).
     pub fn on_lights(&mut self, text: &str) {
         self.alerts.take_lights(text);
+    }
+
+    /// The run stands at a frame: that is the time, before a scan is heard.
+    pub(crate) fn stands_at(&mut self, frame: u64) {
+        if self.last.is_none() {
+            self.last_ns = (frame as i64).saturating_mul(self.frame_ns);
+        }
     }
 
     /// Scans that never arrived.

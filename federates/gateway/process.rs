@@ -155,6 +155,19 @@ impl Inbox {
         self.send.try_send(event).is_ok()
     }
 
+    /// Waits for the operator's word, and passes over what else comes meanwhile; whether it came.
+    fn passes_over(&self, wait: Duration) -> bool {
+        match self.receive.recv_timeout(wait) {
+            Ok(Event::Stop) => true,
+            Ok(Event::Lights(latest) | Event::Traffic(latest)) => {
+                // The next text is told of again.
+                latest.take();
+                false
+            }
+            _ => false,
+        }
+    }
+
     /// Puts what is said in texts of at most so many octets, the latest of them.
     fn latest(&self, most: usize, event: fn(Latest) -> Event) -> impl Fn(&[u8]) + Clone + use<> {
         let (inbox, latest) = (self.clone(), Latest::default());
@@ -209,7 +222,7 @@ pub fn run(
         patience: task.patience,
         endpoint: &task.endpoint,
     };
-    let stopped = |wait| matches!(inbox.receive.recv_timeout(wait), Ok(Event::Stop));
+    let stopped = |wait| inbox.passes_over(wait);
     let Some(joined) = spectator.join(bus, stopped)? else { return Ok(None) };
     bus.announce(&format!("alive/{}/{}", joined.name, joined.inc))?;
     let alive = inbox.clone();
@@ -405,6 +418,7 @@ impl<'a> Listening<'a> {
                     self.off_wall = Some(state.rate);
                 }
                 self.ports.on_state(&state);
+                self.gateway.stands_at(state.frame);
                 self.state = state;
             }
             Event::Weather(notice) => {
@@ -604,6 +618,13 @@ mod tests {
         while inbox.receive.try_recv().is_ok() {}
         say(b"next");
         assert_eq!(taken().as_deref(), Some("next"));
+        // Passed over while nobody takes part yet; the next one is heard of, too.
+        say(b"early");
+        assert!(!inbox.passes_over(Duration::ZERO));
+        say(b"later");
+        assert_eq!(taken().as_deref(), Some("later"));
+        inbox.stop();
+        assert!(inbox.passes_over(Duration::ZERO));
     }
 
     #[test]
