@@ -265,10 +265,10 @@ impl Departures {
             departure(*at, since_s.max(now_s + factor * self.all[*at].exot_s))
         };
         // Who has to wait for his slot has not come first: nobody behind him waits with him.
-        let departures: Vec<Departure> = waiting.iter().map(ready).collect();
-        let order = first_come(&departures, &rules);
-        let departures: Vec<Departure> = order.iter().map(|i| departures[*i]).collect();
+        let asked: Vec<Departure> = waiting.iter().map(|(s, at)| departure(*at, *s)).collect();
+        let order = first_come(&asked, &rules);
         let waiting: Vec<(f64, usize)> = order.iter().map(|i| waiting[*i]).collect();
+        let departures: Vec<Departure> = waiting.iter().map(ready).collect();
         let Ok(sequence) = best(&departures, Some(habits.shift), last, &rules) else { return };
         let mut take_offs: Vec<(usize, f64)> =
             line.iter().map(|l| l.1).zip(frozen.times_s.iter().copied()).collect();
@@ -416,5 +416,20 @@ mod tests {
             assert!(last_s <= 270.0 + 400.0 + 9.0 * 60.0 + 1.0, "{slotted}: {last_s}");
             assert!(ttot(slotted) >= 2700.0, "{slotted}: {}", ttot(slotted));
         }
+    }
+
+    /// Who asked first goes first where nothing is gained by another order, however far his stand is from the runway.
+    #[test]
+    fn a_short_way_to_the_runway_overtakes_nobody_who_has_waited() {
+        let mut all: Vec<Departing> = (0..22).map(|f| departing(f, Medium, 0.0)).collect();
+        // Twenty are under way; then one from afar asks, and long after him one from beside the line.
+        (all[20].exot_s, all[21].exot_s, all[21].tobt_s) = (600.0, 200.0, 700.0);
+        let mut manager = Departures::new(Habits::default(), all);
+        (0..20).for_each(|f| manager.pushed(f, 0.0));
+        manager.asks(20, 0.0);
+        manager.asks(21, 700.0);
+        manager.scan(700.0);
+        let ttot = |f| manager.milestones(f).expect("in the sequence").ttot_s;
+        assert!(ttot(20) < ttot(21), "{} {}", ttot(20), ttot(21));
     }
 }
