@@ -4,10 +4,12 @@ import { nextEvent, typedTime } from "./time.js";
 import { elapsed, utc } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
+/** An answer that nothing follows for so long is the one to what was asked last. */
+const SETTLED_MS = 300;
 
 /** The moment of a page: `changed()` when the address follows, `shown()` when clock and weather do. */
 export function playback({ state, map, link, line, changed, shown, say: showAnswer }) {
-  let stripAsked = -Infinity, awaited = false;
+  let stripAsked = -Infinity, awaited = false, missing = 0;
 
   /** Whether the run shown no longer goes on: nothing can be commanded, and its end is not "now". */
   function finished() {
@@ -20,6 +22,7 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
     const wanted = Math.min(last, Math.max(first, Math.round(scan)));
     state.live = false;
     state.asked = wanted;
+    clearTimeout(missing);
     awaited = true; // also without a connection: the next one begins with what was asked for
     link.send({ type: "show", scan: wanted });
     showTimeline(wanted);
@@ -28,8 +31,11 @@ export function playback({ state, map, link, line, changed, shown, say: showAnsw
   /** A scan came. Where the one asked for was lost it is the one before, and that is said. */
   function came() {
     awaited = false;
+    clearTimeout(missing);
     const { asked, live, scan } = state;
-    if (!live && Number.isFinite(asked) && scan && scan.scan !== asked) showAnswer({ accepted: false, text: `there is no scan ${asked}: this is scan ${scan.scan}` });
+    if (live || !Number.isFinite(asked) || !scan || scan.scan === asked) return;
+    // The answer to what was asked last may be on its way.
+    missing = setTimeout(() => showAnswer({ accepted: false, text: `there is no scan ${asked}: this is scan ${scan.scan}` }), SETTLED_MS);
   }
 
   /** The next scan, or the one before: after the one asked for, so that those that were lost are passed. */

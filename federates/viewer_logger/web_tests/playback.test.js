@@ -20,14 +20,17 @@ function pageOn(scans) {
   return { state, times, answer, asked, said };
 }
 
-test("scans that were lost are stepped over, forth and back, and it is said that they are not there", () => {
+test("scans that were lost are stepped over, forth and back, and it is said that they are not there", (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
   const { times, answer, said } = pageOn([1, 2, 3, 7, 8]);
   answer();
   times.showScan(2);
   assert.equal(answer(), 2);
   const forth = Array.from({ length: 5 }, () => {
     times.times.forth();
-    return answer();
+    const scan = answer();
+    t.mock.timers.tick(400);
+    return scan;
   });
   assert.deepEqual(forth, [3, 3, 3, 3, 7]);
   assert.deepEqual(said, [4, 5, 6].map((n) => `there is no scan ${n}: this is scan 3`));
@@ -52,4 +55,19 @@ test("a run is played over what was lost to its end, and waits for what it asked
     t.mock.timers.tick(1000);
   }
   assert.deepEqual([shown, state.playing], [[3, 3, 3, 3, 7, 8], false]);
+});
+
+test("while one drags over scans that are there nothing is said of the answers on their way", (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const { state, times, said } = pageOn([1, 2, 3, 4, 5, 6, 7]);
+  const comes = (scan) => {
+    state.scan = { scan, timeS: scan, newest: false };
+    times.came();
+    t.mock.timers.tick(100);
+  };
+  comes(1);
+  [4, 5, 6].forEach((scan) => times.showScan(scan));
+  [4, 5, 6].forEach(comes);
+  t.mock.timers.tick(1000);
+  assert.deepEqual(said, []);
 });
