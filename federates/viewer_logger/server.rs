@@ -437,7 +437,8 @@ const MAX_BROWSERS: usize = 32;
 const MAX_OF_ONE_CLIENT: usize = 8;
 /// Longest message of a browser, octets.
 const MAX_MESSAGE: usize = 4096;
-const ANSWER: Duration = Duration::from_secs(10);
+/// How long an answer is waited for: longer than what carries a command out, which says after ten seconds how far that is.
+const ANSWER: Duration = Duration::from_secs(13);
 
 #[cfg(test)]
 mod tests;
