@@ -446,8 +446,8 @@ impl Federate for Control {
             body,
             retained: None,
         };
-        if let Some(again) = self.alerts.scan() {
-            let told = message("control/1/alerts", encode(&self.standing.before(again)));
+        if let Some(told) = self.standing.told(self.alerts.scan()) {
+            let told = message("control/1/alerts", encode(&told));
             out.publish
                 .push(Publication { retained: Some("control/1/alerts/last".into()), ..told });
         }

@@ -6,24 +6,41 @@ use std::collections::BTreeMap;
 
 /// Of each alert that has not ended how it was raised, and what was told of it last.
 #[derive(Debug, Default)]
-pub(super) struct Standing(BTreeMap<u32, Vec<AlertMessage>>);
+pub(super) struct Standing {
+    of: BTreeMap<u32, Vec<AlertMessage>>,
+    /// Scans since anything was told.
+    quiet: u32,
+}
+
+/// What stands is told again after so many scans in which nothing else is.
+const AGAIN_AFTER: u32 = 30;
 
 impl Standing {
     /// Something changed of an alert.
     pub(super) fn take(&mut self, message: &AlertMessage) {
         if message.change == Change::Ended {
-            self.0.remove(&message.id);
+            self.of.remove(&message.id);
             return;
         }
-        let told = self.0.entry(message.id).or_default();
+        let told = self.of.entry(message.id).or_default();
         told.truncate(1);
         told.push(message.clone());
     }
 
+    /// A scan is over: what is told with it, where `again` of that, or what stands, is due.
+    pub(super) fn told(&mut self, again: Option<Vec<AlertMessage>>) -> Option<Vec<AlertMessage>> {
+        self.quiet = if again.is_some() { 0 } else { self.quiet + 1 };
+        let due = !self.of.is_empty() && self.quiet.is_multiple_of(AGAIN_AFTER);
+        match again {
+            None => due.then(|| self.before(Vec::new())),
+            Some(again) => Some(self.before(again)),
+        }
+    }
+
     /// What is told again, and before it what is not any more and stands, by number.
-    pub(super) fn before(&self, again: Vec<AlertMessage>) -> Vec<AlertMessage> {
+    fn before(&self, again: Vec<AlertMessage>) -> Vec<AlertMessage> {
         let first = again.first().map_or(u64::MAX, |message| message.number);
-        let older = self.0.values().flatten().filter(|message| message.number < first);
+        let older = self.of.values().flatten().filter(|message| message.number < first);
         let mut all: Vec<AlertMessage> = older.cloned().collect();
         all.sort_by_key(|message| message.number);
         all.extend(again);
@@ -86,5 +103,44 @@ mod tests {
             [(1, Change::Raised), (4, Change::Changed)],
             "how it was raised, and last"
         );
+    }
+
+    /// Nothing else is said for hours: whoever was deaf when it was, or joins after control was made again, hears of what stands.
+    #[test]
+    fn what_stands_is_told_again_where_nothing_else_is() {
+        let (mut again, mut standing) = (Repeated::default(), Standing::default());
+        let message = |change, number| AlertMessage {
+            run: 1,
+            time_ns: 0,
+            change,
+            id: 1,
+            kind: AlertKind::RunwayOpposite,
+            stage: Stage::Alarm,
+            subjects: "7".into(),
+            since_ns: 0,
+            asterix: 11,
+            place_m: Point2::new(0.0, 0.0),
+            number,
+        };
+        let say = |again: &mut Repeated<AlertMessage>, standing: &mut Standing, change| {
+            let message = message(change, again.next());
+            standing.take(&message);
+            again.tell(message);
+        };
+        say(&mut again, &mut standing, Change::Raised);
+        let mut quiet = 0;
+        for scan in 0..3600_u32 {
+            match standing.told(again.scan()) {
+                Some(told) => {
+                    assert!(told.iter().any(|m| m.change == Change::Raised), "{scan}: {told:?}");
+                    quiet = 0;
+                }
+                None => quiet += 1,
+            }
+            assert!(quiet < AGAIN_AFTER, "{scan}");
+        }
+        say(&mut again, &mut standing, Change::Ended);
+        let told = (0..3600).filter(|_| standing.told(again.scan()).is_some()).count();
+        assert!(told < 130, "of what is over nothing is told for ever: {told}");
     }
 }
