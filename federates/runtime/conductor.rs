@@ -337,6 +337,8 @@ pub struct Conductor {
     sought_until: WallNs,
     /// A run of this federation ended by a fault.
     failed: bool,
+    /// Members of this run were found to differ.
+    differed: bool,
     last_tick: WallNs,
 }
 
@@ -384,6 +386,7 @@ impl Conductor {
             return_deadline: None,
             sought_until: 0,
             failed: false,
+            differed: false,
             last_tick: 0,
             config,
         }

@@ -66,9 +66,10 @@ impl Conductor {
     }
 
     fn differ(&mut self, now: WallNs, name: String, text: String, effects: &mut Vec<Effect>) {
-        if self.failed {
+        if self.differed {
             return;
         }
+        self.differed = true;
         self.faults.push(Fault { name, text, since: now, back: None });
         self.failed = true;
         self.fail_pending(effects);

@@ -141,6 +141,7 @@ impl Conductor {
 
     pub(super) fn configure(&mut self, effects: &mut Vec<Effect>) {
         self.run += 1;
+        self.differed = false;
         self.granted = 0;
         self.grants.clear();
         self.goal = Goal::End;
