@@ -376,8 +376,12 @@ impl Track {
         self.updated = true;
         let stands = self.filter().motion().1.norm() < STANDS_MPS && plot.sensor == self.heard_by;
         let slowest_s = model.interval_s.max(model.standing_interval_s);
-        self.wait_s = if stands { slowest_s } else { model.interval_s };
-        self.due = self.due.max(plot.time.plus_s(self.wait_s));
+        let waited_s =
+            std::mem::replace(&mut self.wait_s, if stands { slowest_s } else { model.interval_s });
+        // Who sets off is missed as soon as his next report lacks, not when the one of who stands was due.
+        let due = plot.time.plus_s(self.wait_s);
+        let sets_off = !stands && waited_s > model.interval_s;
+        self.due = if sets_off { due.max(self.last_hit) } else { self.due.max(due) };
         (self.interval_s, self.heard_by) = (model.interval_s, plot.sensor);
         self.way.expect(model.interval_s);
         self.last_hit = self.last_hit.max(plot.time);

@@ -104,6 +104,36 @@ fn who_moves_is_missed_as_soon_as_his_report_lacks() {
     assert_eq!(ended(5.0), ended(0.0));
 }
 
+/// Who stood, sets off and falls silent: the five seconds of his last report from where he stood are no grace.
+#[test]
+fn who_sets_off_is_missed_as_soon_as_his_report_lacks() {
+    let mut config = TrackingConfig::accurate();
+    let model = SensorModel::default_of(SensorId(1), SensorKind::Adsb);
+    config.sensors.push(SensorModel { interval_s: 0.5, standing_interval_s: 5.0, ..model });
+    let mut tracker = Tracker::new(config);
+    let report = |t: f64, x: f64| {
+        let mut report = plot(t, (10.0 * t) as u32, x, 0.0);
+        report.kind = SensorKind::Adsb;
+        report.identity = Some(Identity::Callsign(Callsign::new("CAR1")));
+        report
+    };
+    for k in 1..=34_u32 {
+        let t = f64::from(k);
+        let reports = match k {
+            ..30 if k % 5 == 0 => vec![report(t - 0.1, 0.0)],
+            ..30 => Vec::new(),
+            // The last one of who stands, and half a second later he rolls.
+            30 => vec![report(t - 0.6, 0.0), report(t - 0.1, 1.0)],
+            _ => [0.6, 0.1].map(|s| report(t - s, 12.0 * (t - s - 29.9) + 1.0)).to_vec(),
+        };
+        scan(&mut tracker, t, &reports);
+        if k == 27 {
+            assert_eq!(tracker.tracks[0].due, SimTime::from_s(24.9 + 5.0), "he stands");
+        }
+    }
+    assert!(tracker.tracks[0].due <= SimTime::from_s(34.4 + 0.01), "{:?}", tracker.tracks[0].due);
+}
+
 /// A radar that turns four times slower than what a coast is: its tracks were carried on at constant velocity between any two of its looks, and
 /// all filters were one.
 #[test]
