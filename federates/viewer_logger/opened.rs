@@ -80,9 +80,14 @@ fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
 fn newest(runs: &Path) -> Option<PathBuf> {
     let folders = std::fs::read_dir(runs).ok()?.flatten().map(|e| e.path());
     let written = |folder: &Path| {
-        // What goes on, or was cut off, is written beside it.
-        let files = ["run.sqlite", "run.sqlite-wal"].map(|name| folder.join(name));
-        files.iter().filter_map(|f| std::fs::metadata(f).ok()?.modified().ok()).max()
+        // What goes on, or was cut off, is written beside it; later runs of one process have files of their own.
+        let is = |name: &str| {
+            let stem = name.strip_suffix("-wal").unwrap_or(name).strip_suffix(".sqlite");
+            stem.is_some_and(|stem| stem == "run" || stem.starts_with("run-"))
+        };
+        let files = std::fs::read_dir(folder).ok()?.flatten();
+        let files = files.filter(|f| f.file_name().to_str().is_some_and(is));
+        files.filter_map(|f| f.metadata().ok()?.modified().ok()).max()
     };
     folders.filter(|f| f.join("run.sqlite").is_file()).max_by_key(|f| (written(f), f.clone()))
 }
@@ -241,6 +246,10 @@ mod tests {
         let wal = std::fs::File::create(runs.join("mine").join("run.sqlite-wal")).expect("a file");
         wal.set_modified(UNIX_EPOCH + Duration::from_secs(8)).expect("a time");
         assert_eq!(last(), [runs.join("mine").join("run.sqlite")], "it goes on");
+        let again = runs.join("2026-11-22T08-50-46Z_9").join("run-2.sqlite");
+        let file = std::fs::File::create(&again).expect("a file");
+        file.set_modified(UNIX_EPOCH + Duration::from_secs(9)).expect("a time");
+        assert_eq!(last().last(), Some(&again), "it was begun again");
     }
 
     #[test]
