@@ -151,7 +151,7 @@ impl Strip {
     }
 }
 
-/// Most strips of a board: twice as many as there are track numbers.
+/// Most strips of a board: more than a scene may have movers.
 pub const MOST_STRIPS: usize = 1 << 16;
 /// Most clearances of one strip that stand or wait for their time.
 const MOST_OF_ONE: usize = 32;
