@@ -38,7 +38,7 @@ pub struct ForkArgs {
     #[arg(long, value_name = "T")]
     at: Option<f64>,
 
-    /// A change: a key of the scene (tracking.filter, sensor[NAME].range_max_m, …), sensor[NAME].enabled=false, weather.rain_factor, weather.visibility_m, run.sensor_seed
+    /// A change: a key of the scene (tracking.filter, sensor[NAME].overrides.range_max_m, …), sensor[NAME].enabled=false, weather.rain_factor, weather.visibility_m, run.sensor_seed
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = change_of)]
     changes: Vec<(String, String)>,
 
