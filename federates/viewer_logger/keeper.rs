@@ -145,6 +145,8 @@ pub struct Keeper {
     foreign: ForeignTracks,
     /// Numbers of the last alert and the last event of a seat.
     last_told: [u64; 3],
+    /// How many of each never came.
+    never_came: [u64; 3],
 }
 
 /// Events of seats that are kept at most: days of a busy airport.
@@ -203,6 +205,7 @@ impl Keeper {
             people: Vec::new(),
             foreign: ForeignTracks::default(),
             last_told: [0; 3],
+            never_came: [0; 3],
         })
     }
 
@@ -343,7 +346,8 @@ impl Keeper {
         let lost = (new - last).saturating_sub(count);
         if lost > 0 {
             tracing::warn!(lost, "{what} did not arrive: the log has a hole there");
-            self.fact(&format!("{what}_lost"), &lost.to_string());
+            self.never_came[stream] += lost;
+            self.fact(&format!("{what}_lost"), &self.never_came[stream].to_string());
         }
     }
 
@@ -422,7 +426,7 @@ impl Keeper {
             self.marks = Marks::default();
             self.notes = Notes::of(&self.map);
             self.people.clear();
-            self.last_told = [0; 3];
+            (self.last_told, self.never_came) = ([0; 3], [0; 3]);
             self.open_log(state.run, state.seed);
         }
         let seed = before.as_ref().map_or(self.scene.run.seed, |b| b.seed);
@@ -701,7 +705,7 @@ mod tests {
         let lost = "SELECT value FROM run WHERE name = 'alerts_lost'";
         let reader = rusqlite::Connection::open(&file).expect("a database");
         let lost: String = reader.query_row(lost, [], |row| row.get(0)).expect("noted");
-        assert_eq!(lost, "3", "8, 10 and 11");
+        assert_eq!(lost, "4", "5, 8, 10 and 11");
     }
 
     #[test]
