@@ -79,6 +79,18 @@ impl Asde {
         (time > interval.from && time <= interval.to).then_some(time)
     }
 
+    /// All times at which the beam passes a fixed direction within the interval.
+    pub(super) fn passes(
+        &self,
+        interval: &ScanInterval,
+        azimuth_rad: f64,
+    ) -> impl Iterator<Item = SimTime> + use<> {
+        let (turn_s, to) = (1.0 / self.parameters.turns_per_s(), interval.to);
+        let first = self.pass(interval, azimuth_rad);
+        let all = (0..).map_while(move |turn| Some(first?.plus_s(f64::from(turn) * turn_s)));
+        all.take_while(move |time| *time <= to)
+    }
+
     pub(super) fn azimuth_rad(&self, state: &TargetState) -> f64 {
         Azimuth::of(state.position_m.xy() - self.site_m).rad()
     }

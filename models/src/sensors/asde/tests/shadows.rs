@@ -121,6 +121,39 @@ fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
     assert!(explained.iter().all(|e| e.value.is_finite()), "{explained:?}");
 }
 
+/// A scan of four turns has the ghosts of four turns, as it has their plots; it had those of the first.
+#[test]
+fn ghosts_come_with_every_turn_of_a_scan() {
+    let c = Point2::new;
+    let hangar = Building {
+        name: "hangar".into(),
+        footprint_m: vec![c(-60.0, 800.0), c(60.0, 800.0), c(60.0, 840.0), c(-60.0, 840.0)],
+        height_m: 40.0,
+        facade: crate::environment::surface::Material::named("metal").expect("known"),
+    };
+    let truth = Straight::new(&[((100.0, 300.0), (0.0, 0.0))]);
+    let seen = |scan_s: f64| {
+        let mut radar = asde(|p| {
+            p.pfa = 1e-9;
+            p.antenna_height_m = 30.0;
+        })
+        .among(Arc::new([hangar.clone()]))
+        .tolerating(Tolerance::EXACT);
+        let mut out = PlotSink { explain: true, ..PlotSink::default() };
+        for scan in 1..=(40.0 / scan_s) as u64 {
+            radar.scan(&interval(scan, scan_s), &truth, &Weather::default(), &mut out);
+        }
+        let is_ghost = |effects: &[crate::sensors::Contribution]| {
+            effects.iter().any(|e| e.effect == "facade ghosts")
+        };
+        let ghosts = out.causes.iter().filter(|cause| is_ghost(&cause.effects)).count();
+        (ghosts, out.plots.len() - ghosts)
+    };
+    let [once, often] = [1.0, 4.0].map(seen);
+    assert_eq!(once.1, often.1, "plots of the target");
+    assert!(once.0 >= 20 && often.0.abs_diff(once.0) <= once.0 / 4, "{once:?} {often:?}");
+}
+
 /// An aircraft stands before what is farther than half its length behind it, in its direction and on the ground.
 #[test]
 fn who_is_half_a_length_nearer_stands_before_another() {
