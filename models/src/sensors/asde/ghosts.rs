@@ -78,7 +78,9 @@ impl Asde {
                         // The budget at the ghost's range already has its spreading loss.
                         let again = range_m / direct_m;
                         budget.signal_w *= power * again * again * again * again;
-                        let Some(strength) = self.detected(levels, &budget, chance) else { continue };
+                        let Some(strength) = self.detected(levels, &budget, chance) else {
+                            continue;
+                        };
                         let (range_sigma_m, azimuth_sigma_rad) =
                             self.sigmas(budget.scnr(), budget.reflected);
                         let stated = self.sigmas(strength, budget.reflected);
@@ -90,7 +92,10 @@ impl Asde {
                             sigma_azimuth_rad: libm::hypot(stated.1, glint_m / ground_m),
                             extent_m2: None,
                         };
-                        out.push((self.plot(levels, time, measured, to_db(strength)), to_db(power)));
+                        out.push((
+                            self.plot(levels, time, measured, to_db(strength)),
+                            to_db(power),
+                        ));
                     }
                 }
             }
