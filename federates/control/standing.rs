@@ -55,27 +55,29 @@ mod tests {
     use models::control::alert::{AlertKind, Stage};
     use models::frames::Point2;
 
+    /// Something is told of an alert.
+    fn tell(again: &mut Repeated<AlertMessage>, standing: &mut Standing, id: u32, change: Change) {
+        let message = AlertMessage {
+            run: 1,
+            time_ns: 0,
+            change,
+            id,
+            kind: AlertKind::RunwayOpposite,
+            stage: Stage::Alarm,
+            subjects: "7".into(),
+            since_ns: 0,
+            asterix: 11,
+            place_m: Point2::new(0.0, 0.0),
+            number: again.next(),
+        };
+        standing.take(&message);
+        again.tell(message);
+    }
+
     /// Alert 1 stands for an hour, others come and go: whoever hears any message of the time has all that stand, and nobody a number twice.
     #[test]
     fn whoever_hears_late_has_what_stands() {
         let (mut again, mut standing) = (Repeated::default(), Standing::default());
-        let tell = |again: &mut Repeated<AlertMessage>, standing: &mut Standing, id, change| {
-            let message = AlertMessage {
-                run: 1,
-                time_ns: 0,
-                change,
-                id,
-                kind: AlertKind::RunwayOpposite,
-                stage: Stage::Alarm,
-                subjects: "7".into(),
-                since_ns: 0,
-                asterix: 11,
-                place_m: Point2::new(0.0, 0.0),
-                number: again.next(),
-            };
-            standing.take(&message);
-            again.tell(message);
-        };
         tell(&mut again, &mut standing, 1, Change::Raised);
         (0..3).for_each(|_| tell(&mut again, &mut standing, 1, Change::Changed));
         let (mut last, mut open) = (Vec::new(), vec![1]);
@@ -109,25 +111,7 @@ mod tests {
     #[test]
     fn what_stands_is_told_again_where_nothing_else_is() {
         let (mut again, mut standing) = (Repeated::default(), Standing::default());
-        let message = |change, number| AlertMessage {
-            run: 1,
-            time_ns: 0,
-            change,
-            id: 1,
-            kind: AlertKind::RunwayOpposite,
-            stage: Stage::Alarm,
-            subjects: "7".into(),
-            since_ns: 0,
-            asterix: 11,
-            place_m: Point2::new(0.0, 0.0),
-            number,
-        };
-        let say = |again: &mut Repeated<AlertMessage>, standing: &mut Standing, change| {
-            let message = message(change, again.next());
-            standing.take(&message);
-            again.tell(message);
-        };
-        say(&mut again, &mut standing, Change::Raised);
+        tell(&mut again, &mut standing, 1, Change::Raised);
         let mut quiet = 0;
         for scan in 0..3600_u32 {
             match standing.told(again.scan()) {
@@ -139,7 +123,7 @@ mod tests {
             }
             assert!(quiet < AGAIN_AFTER, "{scan}");
         }
-        say(&mut again, &mut standing, Change::Ended);
+        tell(&mut again, &mut standing, 1, Change::Ended);
         let told = (0..3600).filter(|_| standing.told(again.scan()).is_some()).count();
         assert!(told < 130, "of what is over nothing is told for ever: {told}");
     }

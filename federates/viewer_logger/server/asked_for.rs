@@ -231,6 +231,16 @@ mod tests {
     use super::*;
     use std::io::{Read, Write};
 
+    /// What is answered to a question on this host; of octets that are no text the replacement.
+    fn get(port: u16, path: &str) -> String {
+        let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).expect("connected");
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
+            .expect("sent");
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("an answer");
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
     #[test]
     fn what_is_no_time_or_no_number_is_refused_with_one_sentence() {
         let page = Page::new(Viewer::new(1 << 16));
@@ -238,14 +248,7 @@ mod tests {
         let here = "127.0.0.1:0".parse().expect("an address");
         let server = serve(here, page, operate).expect("served");
         let port = server.address().port();
-        let get = |path: &str| {
-            let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).expect("connected");
-            write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
-                .expect("sent");
-            let mut answer = String::new();
-            stream.read_to_string(&mut answer).expect("an answer");
-            answer
-        };
+        let get = |path: &str| get(port, path);
         for query in
             ["t=NaN", "t=inf", "t=-inf", "t=x", "sensor=-1", "sensor=70000", "sensor=a", "of=x"]
         {
@@ -286,14 +289,7 @@ mod tests {
         let here = "127.0.0.1:0".parse().expect("an address");
         let server = serve(here, page, operate).expect("served");
         let port = server.address().port();
-        let get = |path: &str| {
-            let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).expect("connected");
-            write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
-                .expect("sent");
-            let mut answer = Vec::new();
-            stream.read_to_end(&mut answer).expect("an answer");
-            String::from_utf8_lossy(&answer).into_owned()
-        };
+        let get = |path: &str| get(port, path);
         for path in ["geometry", "detection", "rings", "video"] {
             let query = format!("/{path}?sensor={radar}&t=3&scan=3");
             assert!(get(&query).contains("there is no scene yet"), "{path}: of the first");

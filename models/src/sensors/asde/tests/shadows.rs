@@ -77,15 +77,19 @@ fn an_aircraft_before_an_echo_costs_its_loss_twice() {
     }
 }
 
-#[test]
-fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
+/// A hangar of metal 800 m north of the radar.
+fn hangar() -> Building {
     let c = Point2::new;
-    let hangar = Building {
+    Building {
         name: "hangar".into(),
         footprint_m: vec![c(-60.0, 800.0), c(60.0, 800.0), c(60.0, 840.0), c(-60.0, 840.0)],
         height_m: 40.0,
         facade: crate::environment::surface::Material::named("metal").expect("known"),
-    };
+    }
+}
+
+#[test]
+fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
     // One behind the hangar, one before it, one beside.
     let truth = Straight::new(&[
         ((0.0, 900.0), (0.0, 0.0)),
@@ -96,7 +100,7 @@ fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
         p.pfa = 1e-9;
         p.antenna_height_m = 30.0;
     })
-    .among(Arc::new([hangar]))
+    .among(Arc::new([hangar()]))
     .tolerating(Tolerance::EXACT);
     let mut out = PlotSink { explain: true, ..PlotSink::default() };
     for scan in 1..=20 {
@@ -124,20 +128,13 @@ fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
 /// A scan of four turns has the ghosts of four turns, as it has their plots; it had those of the first.
 #[test]
 fn ghosts_come_with_every_turn_of_a_scan() {
-    let c = Point2::new;
-    let hangar = Building {
-        name: "hangar".into(),
-        footprint_m: vec![c(-60.0, 800.0), c(60.0, 800.0), c(60.0, 840.0), c(-60.0, 840.0)],
-        height_m: 40.0,
-        facade: crate::environment::surface::Material::named("metal").expect("known"),
-    };
     let truth = Straight::new(&[((100.0, 300.0), (0.0, 0.0))]);
     let seen = |scan_s: f64| {
         let mut radar = asde(|p| {
             p.pfa = 1e-9;
             p.antenna_height_m = 30.0;
         })
-        .among(Arc::new([hangar.clone()]))
+        .among(Arc::new([hangar()]))
         .tolerating(Tolerance::EXACT);
         let mut out = PlotSink { explain: true, ..PlotSink::default() };
         for scan in 1..=(40.0 / scan_s) as u64 {
