@@ -168,6 +168,7 @@ impl Core {
         let entry_mps = approach_airspeed_mps(FINAL_M, f.landing.0) - head_mps;
         let out_m = FINAL_M + entry_mps * delay_s;
         self.enters_final(m, pieces, self.time_s + time + delay_s, out_m);
+        self.draw_approach(m, f, out_m);
         if self.policy == Policy::Planned {
             self.book();
         }
@@ -185,6 +186,7 @@ impl Core {
         mover.waits_since_s = None;
         mover.cleared = false;
         (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
+        (mover.wander, mover.approach) = Default::default();
         mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0) - head_mps;
         mover.s = mover.threshold - out_m;
         mover.height_m = 15.0 + SLOPE * out_m;
@@ -580,6 +582,8 @@ impl Core {
         let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;
         let (path, _) = Path::over(&[here.at_m, ahead], |_, _| 0.0);
         mover.way = Way::straight(path);
+        // The threshold stays where it is: it flies on beside the line as it did.
+        mover.threshold -= mover.s;
         (mover.s, mover.next, mover.first_held) = (0.0, 0, 0);
         self.book();
         self.clear(m, "GOA", self.end_name(m));

@@ -186,6 +186,7 @@ impl Core {
         if ds > 0.0 {
             let curvature = mover.way.path.curvature(0.5 * (from + mover.s));
             mover.slip = tractrix::stepped_slip_rad(mover.slip, curvature, ds, wheelbase);
+            self.wanders(m, ds);
         }
     }
 

@@ -28,6 +28,7 @@ mod runway;
 mod sequence;
 mod stands;
 mod state;
+mod technical_error;
 mod tokens;
 mod told;
 mod tow;
@@ -145,6 +146,9 @@ struct Mover {
     hand: Option<Box<hand::Hand>>,
     /// Given on final, it comes to its line.
     join: Option<Box<handover::Join>>,
+    /// Beside its line: taxiing, and on final.
+    wander: technical_error::Wander,
+    approach: technical_error::Approach,
     /// Stops so far before the holding position of a runway, m.
     hold_gap_m: f64,
 }
@@ -674,6 +678,8 @@ impl Mover {
             cleared_from_m: None,
             hand: None,
             join: None,
+            wander: technical_error::Wander::default(),
+            approach: technical_error::Approach::default(),
             hold_gap_m: HOLD_GAP_M[0] + (HOLD_GAP_M[1] - HOLD_GAP_M[0]) * uniform(&mut rng),
         }
     }

@@ -1,6 +1,7 @@
 //! What is seen of a core: states of its movers, and its digest.
 
 use super::departure::push_heading;
+use super::technical_error::{Off, Wander};
 use super::{Core, FINAL_M, Phase};
 use crate::frames::{Azimuth, Point3, Vector3, wrap_pi};
 use crate::truth::TruthState;
@@ -42,29 +43,43 @@ impl Core {
             let (heading, rate_per_m) = push_heading(&m.push.path, m.s);
             (heading, m.v * rate_per_m, -m.v, true)
         } else {
-            let heading = wrap_pi(on.heading_rad - m.slip);
+            let heading = wrap_pi(on.heading_rad - m.slip + libm::atan(m.wander.slope));
             let cos = libm::cos(m.slip);
-            (heading, m.v * libm::sin(m.slip) / f.wheelbase_m, m.v * cos, false)
+            let rate = m.v * (libm::sin(m.slip) / f.wheelbase_m + m.wander.bend_per_m);
+            (heading, rate, m.v * cos, false)
         };
         let (sin, cos) = libm::sincos(heading);
         let (u, n) = (nalgebra::Vector2::new(sin, cos), nalgebra::Vector2::new(cos, -sin));
         let middle = if push { on.at_m - u * gear } else { on.at_m - u * guided };
         let (beside, drift) = if push { Default::default() } else { m.beside() };
         let middle = middle + beside;
-        let ((aside, aside_mps), (above, above_mps)) =
-            m.join.as_ref().map_or_else(Default::default, |join| join.at(self.time_s));
-        let middle = middle + n * aside;
+        let off = match (&m.join, m.phase) {
+            (Some(join), _) => {
+                let ((aside, aside_mps), (above, above_mps)) = join.at(self.time_s);
+                Off { aside: [aside, aside_mps, 0.0], above: [above, above_mps, 0.0] }
+            }
+            (None, Phase::Final | Phase::GoAround) => m.approach.at(m.threshold - m.s, m.v),
+            _ => Off::default(),
+        };
+        let ([aside, aside_mps, aside_ms2], [above, above_mps, above_ms2]) = (off.aside, off.above);
+        let wander = if push { Wander::default() } else { m.wander };
+        let ahead = Azimuth::from_rad(on.heading_rad).unit();
+        let right = nalgebra::Vector2::new(ahead.y, -ahead.x);
+        let middle = middle + n * aside + right * wander.aside_m;
         // The main gear goes along its line, also where the body is not yet in it.
-        let gear_mps =
-            if push { Azimuth::from_rad(on.heading_rad).unit() * m.v } else { u * along };
-        let velocity = gear_mps - n * (gear * turn_rate) + drift * m.v + n * aside_mps;
+        let gear_mps = if push { ahead * m.v } else { u * along };
+        // Beside its line it drives another arc, and bends off it by its nose.
+        let wander_mps = ahead * (-m.v * on.curvature * wander.aside_m)
+            - n * (m.v * wander.bend_per_m * f.wheelbase_m);
+        let velocity = gear_mps - n * (gear * turn_rate) + drift * m.v + n * aside_mps + wander_mps;
         let along_acc = if push {
             -m.a
         } else {
             let slip_rate = m.v * (on.curvature - libm::sin(m.slip) / f.wheelbase_m);
             m.a * libm::cos(m.slip) - m.v * libm::sin(m.slip) * slip_rate
         };
-        let acceleration = u * (along_acc + gear * turn_rate * turn_rate) + n * (along * turn_rate);
+        let acceleration =
+            u * (along_acc + gear * turn_rate * turn_rate) + n * (along * turn_rate + aside_ms2);
         let still = m.v == 0.0 && m.a == 0.0;
         let zero = nalgebra::Vector2::zeros();
         let (velocity, acceleration) = if still { (zero, zero) } else { (velocity, acceleration) };
@@ -74,10 +89,10 @@ impl Core {
         Some(TruthState {
             position_m: Point3::new(middle.x, middle.y, m.height_m + above),
             velocity_mps: Vector3::new(velocity.x, velocity.y, if still { 0.0 } else { climb_mps }),
-            acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, 0.0),
-            heading_rad: match m.join {
-                Some(_) => Azimuth::of(velocity).rad(),
-                None => heading,
+            acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, above_ms2),
+            heading_rad: match m.phase {
+                Phase::Final | Phase::GoAround => Azimuth::of(velocity).rad(),
+                _ => heading,
             },
             pitch_rad,
             roll_rad: 0.0,
@@ -114,8 +129,10 @@ impl Core {
             feed((m.first_held as u64) << 32 | m.next as u64);
             let (granted, insisted) = (u64::from(m.granted.bits()), u64::from(m.insisted.bits()));
             feed(insisted << 32 | granted << 1 | u64::from(m.holds));
+            let wander = [m.wander.aside_m, m.wander.slope];
             [m.s, m.v, m.a, m.slip, m.height_m, m.beside_m.x, m.beside_m.y]
                 .iter()
+                .chain(&wander)
                 .for_each(|x| feed(x.to_bits()));
             if let Some(hand) = &m.hand {
                 hand.feed(&mut feed);
