@@ -77,7 +77,8 @@ impl Core {
         // Who stands before what he sees waits for that, also where the pieces ahead are his.
         let seen =
             || (m.phase == Phase::Taxiing && m.v == 0.0).then(|| self.sees(flight)).flatten();
-        let seen = m.waits_since_s.is_none().then(seen).flatten();
+        // It may wait for a piece as well, which nobody has: he is the one in its way.
+        let seen = m.waits_for.is_none().then(seen).flatten();
         let since_s = m.waits_since_s.or(seen.and(m.still_since_s))?;
         let step = m.next.min(m.way.pieces.len().saturating_sub(1));
         let piece = m.way.pieces.get(step).map(|z| self.pieces.list[*z as usize].edge);
