@@ -161,12 +161,14 @@ impl Path {
         OnPath { at_m, heading_rad, curvature }
     }
 
-    /// Curvature at a place, 1/m, positive to the right: that of [`Path::at`].
+    /// Direction at a place, clockwise from north, rad: that of [`Path::at`], without the place.
     #[must_use]
-    pub fn curvature(&self, place_m: f64) -> f64 {
+    pub fn heading_rad(&self, place_m: f64) -> f64 {
         let index = self.parts.partition_point(|p| p.from_m <= place_m).saturating_sub(1);
-        let on = |p: &&Part| (p.from_m..=self.length_m).contains(&place_m);
-        self.parts.get(index).filter(on).map_or(0.0, |p| p.curvature)
+        self.parts.get(index).map_or(0.0, |part| {
+            let along = place_m.min(self.length_m) - part.from_m;
+            part.heading_rad + part.curvature * along.max(0.0)
+        })
     }
 
     /// Arcs as (begin, end, curvature).
@@ -194,12 +196,12 @@ mod tests {
             place += 0.1;
             let here = path.at(place);
             assert!((here.at_m - last.at_m).norm() < 0.1001, "no jump at {place}");
-            assert_eq!(path.curvature(place), here.curvature, "at {place}");
+            assert_eq!(path.heading_rad(place), here.heading_rad, "at {place}");
             last = here;
         }
         assert!((path.at(path.length_m()).at_m - points[3]).norm() < 1e-9);
         for place in [-3.0, path.length_m(), path.length_m() + 1e-6] {
-            assert_eq!(path.curvature(place), path.at(place).curvature, "at {place}");
+            assert_eq!(path.heading_rad(place), path.at(place).heading_rad, "at {place}");
         }
         assert!(places.windows(2).all(|p| p[0].place_m <= p[1].place_m));
         // The last edge is 3 m long: its fillet has 1.5 m.

@@ -3,6 +3,8 @@
 //! Slip `δ` = direction of the path − heading at the guided point; `dδ/ds = κ(s) − sin δ/ℓ`, `ℓ` from the
 //! guided point to the main gear. Source: `docs/traffic.md`; the tractrix of line and circle.
 
+use crate::frames::wrap_pi;
+
 /// Slip after `s_m` of straight way, from `slip_rad`: `tan(δ/2) = tan(δ₀/2) e^(−s/ℓ)`, in the form of
 /// `atan2` so that it holds at 180°.
 #[must_use]
@@ -56,6 +58,25 @@ pub fn stepped_slip_rad(slip_rad: f64, curvature_per_m: f64, ds_m: f64, wheelbas
     slip_rad + ds_m * rate(middle)
 }
 
+/// Over `way_m` of a way whose direction is known by the place from its begin, rad: in steps no longer than the body, beyond twice
+/// which [`stepped_slip_rad`] throws it about, each of the bend that there is between its ends.
+#[must_use]
+pub fn drawn_slip_rad(
+    slip_rad: f64,
+    way_m: f64,
+    wheelbase_m: f64,
+    heading_rad: impl Fn(f64) -> f64,
+) -> f64 {
+    let steps = (way_m / wheelbase_m).ceil().max(1.0);
+    let ds_m = way_m / steps;
+    let mut before = heading_rad(0.0);
+    (1..=steps as u32).fold(slip_rad, |slip, k| {
+        let after = heading_rad(f64::from(k) * ds_m);
+        let bend_rad = wrap_pi(after - std::mem::replace(&mut before, after));
+        stepped_slip_rad(slip, bend_rad / ds_m, ds_m, wheelbase_m)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,6 +96,25 @@ mod tests {
             }
             let closed = slip_on_straight_rad(closed, 40.0, wheelbase_m);
             assert!((slip - closed).abs() < 1e-7, "straight after {radius_m}");
+        }
+    }
+
+    /// A frame of a second at 80 m/s is 47 bodies of a light aircraft: it took off backwards.
+    #[test]
+    fn however_long_the_step_a_body_follows() {
+        for (way_m, wheelbase_m) in [(80.0, 1.7), (17.0, 5.6), (90.0, 12.6), (400.0, 31.0)] {
+            let mut slip = 0.4;
+            for _ in 0..3 {
+                slip = drawn_slip_rad(slip, way_m, wheelbase_m, |_| 1.0);
+            }
+            let closed = slip_on_straight_rad(0.4, 3.0 * way_m, wheelbase_m);
+            assert!((slip - closed).abs() < 1e-3, "{way_m} m, {wheelbase_m} m: {slip}");
+            // Where the line bends shorter than the step, too.
+            let slip =
+                drawn_slip_rad(0.0, way_m, wheelbase_m, |s| if s < 30.0 { 0.02 } else { 0.0 });
+            let on_arc = slip_on_arc_rad(way_m.min(30.0), 50.0, wheelbase_m);
+            let closed = slip_on_straight_rad(on_arc, (way_m - 30.0).max(0.0), wheelbase_m);
+            assert!((slip - closed).abs() < 0.03, "{way_m} m, {wheelbase_m} m: {slip} {closed}");
         }
     }
 

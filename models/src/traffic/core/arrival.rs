@@ -189,7 +189,8 @@ impl Core {
         (mover.wander, mover.approach) = Default::default();
         mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0) - head_mps;
         mover.s = mover.threshold - out_m;
-        mover.height_m = 15.0 + SLOPE * out_m;
+        // A step behind, as that of everybody on final: its first frame sinks as those after it.
+        mover.height_m = 15.0 + SLOPE * (out_m + mover.v * self.step_s);
         mover.climb_mps = -SLOPE * mover.v;
     }
 

@@ -151,8 +151,10 @@ impl Core {
             let limits = Tick { acc, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: DRY_S };
             let before = s;
             (s, v, a) = limits.tick(s, v, a, wish, way.stop_m);
-            let curvature = way.path.curvature(0.5 * (before + s));
-            slip = tractrix::stepped_slip_rad(slip, curvature, s - before, wheelbase_m);
+            if s > before {
+                let heading_rad = |ahead: f64| way.path.heading_rad(before + ahead);
+                slip = tractrix::drawn_slip_rad(slip, s - before, wheelbase_m, heading_rad);
+            }
             time_s += DRY_S;
             if v == 0.0 && a == 0.0 {
                 break;
@@ -184,8 +186,10 @@ impl Core {
         let mover = &mut self.movers[m];
         let ds = mover.s - from;
         if ds > 0.0 {
-            let curvature = mover.way.path.curvature(0.5 * (from + mover.s));
-            mover.slip = tractrix::stepped_slip_rad(mover.slip, curvature, ds, wheelbase);
+            let path = &mover.way.path;
+            let heading_rad = |ahead: f64| path.heading_rad(from + ahead);
+            mover.slip = tractrix::drawn_slip_rad(mover.slip, ds, wheelbase, heading_rad);
+            mover.wander.bends(ds, heading_rad);
             self.wanders(m, ds);
         }
     }

@@ -1,7 +1,7 @@
 //! What is seen of a core: states of its movers, and its digest.
 
 use super::departure::push_heading;
-use super::technical_error::{Off, Wander};
+use super::technical_error::{BODY_M, Off, Wander};
 use super::{Core, FINAL_M, Phase};
 use crate::frames::{Azimuth, Point3, Vector3, wrap_pi};
 use crate::truth::TruthState;
@@ -63,15 +63,17 @@ impl Core {
         };
         let ([aside, aside_mps, aside_ms2], [above, above_mps, above_ms2]) = (off.aside, off.above);
         let wander = if push { Wander::default() } else { m.wander };
-        let ahead = Azimuth::from_rad(on.heading_rad).unit();
-        let right = nalgebra::Vector2::new(ahead.y, -ahead.x);
+        let beside_rad = on.heading_rad - wander.behind_rad;
+        let forth = Azimuth::from_rad(beside_rad).unit();
+        let right = nalgebra::Vector2::new(forth.y, -forth.x);
         let middle = middle + n * aside + right * wander.aside_m;
-        // The main gear goes along its line, also where the body is not yet in it.
-        let gear_mps = if push { ahead * m.v } else { u * along };
-        // Beside its line it drives another arc, and bends off it by its nose.
-        let wander_mps = ahead * (-m.v * on.curvature * wander.aside_m)
-            - n * (m.v * wander.bend_per_m * f.wheelbase_m);
-        let velocity = gear_mps - n * (gear * turn_rate) + drift * m.v + n * aside_mps + wander_mps;
+        // The guided point goes along its line, also where the body is not yet in it.
+        let ahead_mps = Azimuth::from_rad(on.heading_rad).unit() * m.v;
+        let lever = if push { gear } else { guided };
+        let wander_mps = right * (m.v * wander.slope)
+            - forth * (m.v * libm::sin(wander.behind_rad) / BODY_M * wander.aside_m);
+        let velocity =
+            ahead_mps - n * (lever * turn_rate) + drift * m.v + n * aside_mps + wander_mps;
         let along_acc = if push {
             -m.a
         } else {

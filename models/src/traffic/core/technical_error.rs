@@ -5,6 +5,7 @@
 
 use super::{Core, Flight, Phase};
 use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::traffic::tractrix::drawn_slip_rad;
 use std::sync::Arc;
 
 /// Wander across a taxiway of aircraft and vehicles, m, and its time constant, s of driving.
@@ -12,13 +13,17 @@ const WANDER_M: [f64; 2] = [0.5, 0.3];
 const WANDER_S: f64 = 20.0;
 /// A new aim so often, s of driving.
 const AIM_S: f64 = 1.0;
-/// Steers to its aim within this, s, and within this way at least, m (assumed).
+/// Length of the body by which it is told what lies beside a bending line, m (assumed).
+pub(super) const BODY_M: f64 = 15.0;
+/// Its aim moves within this, s (assumed).
+const AIMS_S: f64 = 2.0;
+/// Steers to it within this, s, and within this way at least, m (assumed).
 const STEERS_S: f64 = 3.0;
 const STEERS_M: f64 = 8.0;
-/// What steering leaves of the deviation of its aim: `b(a + 2b)/(2(a + b)²)` of the variance, `a` and `b` one over both times.
-const KEPT: f64 = 0.901_584_406_666_422_6;
+/// What that leaves of the deviation of the draws: of a process of first order behind lags of 2, 3 and 3 s.
+const KEPT: f64 = 0.8904;
 /// Keeps to the line for so long before the end of its way, m: stands and line-ups are met (assumed).
-const MEETS_M: f64 = 120.0;
+const MEETS_M: f64 = 180.0;
 /// No draw is larger than this, standard deviations: margins of pieces are 3 m and more.
 const MOST: f64 = 3.0;
 
@@ -44,13 +49,21 @@ pub(super) struct Wander {
     pub(super) aside_m: f64,
     pub(super) slope: f64,
     pub(super) bend_per_m: f64,
-    /// Aim in standard deviations; driven since the last draw, s; draws so far.
-    aim: f64,
+    /// Where that points, behind the direction of the line: that of a long body drawn along it, rad, which turns softly at bends.
+    pub(super) behind_rad: f64,
+    /// Drawn last, in standard deviations; where it aims, m; driven since the last draw, s; draws so far.
+    drawn: f64,
+    aim_m: f64,
     since_s: f64,
     draws: u64,
 }
 
 impl Wander {
+    /// Its line bends on, over `ds`, m, by its direction so far on.
+    pub(super) fn bends(&mut self, ds: f64, heading_rad: impl Fn(f64) -> f64) {
+        self.behind_rad = drawn_slip_rad(self.behind_rad, ds, BODY_M, heading_rad);
+    }
+
     /// Drives on by `ds`, m, at `v` m/s; `aims`: by so much it wanders, m.
     fn drives(&mut self, (ds, v): (f64, f64), dt: f64, aims_m: f64, normal: impl Fn(u64) -> f64) {
         self.since_s += dt;
@@ -59,11 +72,12 @@ impl Wander {
             self.draws += 1;
             let keeps = libm::exp(-AIM_S / WANDER_S);
             let drives = (-libm::expm1(-2.0 * AIM_S / WANDER_S)).sqrt();
-            self.aim = (keeps * self.aim + drives * normal(self.draws)).clamp(-MOST, MOST);
+            self.drawn = (keeps * self.drawn + drives * normal(self.draws)).clamp(-MOST, MOST);
         }
+        self.aim_m += (aims_m / KEPT * self.drawn - self.aim_m) * -libm::expm1(-dt / AIMS_S);
         // Critically damped, in steps along the way: who stands does not move sideways.
         let within_m = (STEERS_S * v).max(STEERS_M);
-        let off_m = aims_m / KEPT * self.aim - self.aside_m;
+        let off_m = self.aim_m - self.aside_m;
         self.bend_per_m = (off_m / within_m - 2.0 * self.slope) / within_m;
         self.slope += self.bend_per_m * ds;
         self.aside_m += self.slope * ds;
@@ -211,7 +225,7 @@ mod tests {
         assert!(before.abs() > 0.05);
         (0..400).for_each(|_| wander.drives((0.0, 0.0), 0.05, 0.5, normal));
         assert_eq!(wander.aside_m, before);
-        (0..480).for_each(|_| wander.drives((0.25, 5.0), 0.05, 0.0, normal));
+        (0..720).for_each(|_| wander.drives((0.25, 5.0), 0.05, 0.0, normal));
         assert!(wander.aside_m.abs() < 0.01 && wander.slope.abs() < 1e-3, "{wander:?}");
     }
 

@@ -288,8 +288,8 @@ impl Core {
         let guided_m = 0.4 * size.length_m;
         (1..=steps).scan(mover.slip, move |slip, k| {
             let ahead_m = STEP_M * k as f64;
-            let curvature = mover.way.path.at(mover.s + ahead_m - 0.5 * STEP_M).curvature;
-            *slip = tractrix::stepped_slip_rad(*slip, curvature, STEP_M, *wheelbase_m);
+            let heading = |on: f64| mover.way.path.heading_rad(mover.s + ahead_m - STEP_M + on);
+            *slip = tractrix::drawn_slip_rad(*slip, STEP_M, *wheelbase_m, heading);
             let on = mover.way.path.at(mover.s + ahead_m);
             let heading_rad = on.heading_rad - *slip;
             let middle_m = on.at_m - Azimuth::from_rad(heading_rad).unit() * guided_m;
