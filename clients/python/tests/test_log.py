@@ -87,6 +87,50 @@ class Finished(unittest.TestCase):
         self.assertEqual(len(pictures), 3, "error over time, map, errors by area")
 
 
+class Exported(unittest.TestCase):
+    """A database with a row in every table of the schema, whatever a scene says."""
+
+    SCHEMA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../federates/viewer_logger/log.sql")
+    VALUES = {"INTEGER": -7, "REAL": 0.25, "TEXT": "Zürich", "BLOB": b"\x78\x9c\xff\x00\xc3"}
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path, self.out = os.path.join(folder.name, "run.sqlite"), os.path.join(folder.name, "out")
+        self.plain = sqlite3.connect(self.path)
+        self.addCleanup(self.plain.close)
+        with open(self.SCHEMA, encoding="utf-8") as schema:
+            self.plain.executescript(schema.read())
+        self.plain.execute(f"PRAGMA application_id = {seeds.log.APPLICATION_ID}")
+        found = self.plain.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+        self.tables = {name: self.plain.execute(f'PRAGMA table_info("{name}")').fetchall() for (name,) in found}
+        for name, columns in self.tables.items():
+            marks = ", ".join("?" * len(columns))
+            self.plain.execute(f'INSERT INTO "{name}" VALUES ({marks})', [self.VALUES[column[2]] for column in columns])
+        self.plain.commit()
+
+    def test_every_column_of_every_table_comes_out_as_it_went_in(self):
+        import pyarrow.parquet
+
+        with seeds.open_log(self.path) as log:
+            self.assertEqual(log.to_parquet(self.out), {name: 1 for name in self.tables})
+        self.assertEqual(sorted(os.listdir(self.out)), sorted(f"{name}.parquet" for name in self.tables))
+        for name, columns in self.tables.items():
+            (row,) = pyarrow.parquet.read_table(os.path.join(self.out, f"{name}.parquet")).to_pylist()
+            self.assertEqual(list(row.values()), [self.VALUES[column[2]] for column in columns], name)
+
+    def test_every_real_number_with_a_unit_in_its_name_says_it(self):
+        self.assertEqual([seeds.log.unit(name) for name in ("heading_rad", "ax_ms2", "vx_ms")], ["rad", "m/s2", "m/s"])
+
+    def test_an_export_that_fails_names_its_table_and_leaves_nothing(self):
+        self.plain.execute("INSERT INTO statistics VALUES (1, 'a', 'no number')")
+        self.plain.commit()
+        with seeds.open_log(self.path) as log:
+            with self.assertRaisesRegex(ValueError, "table statistics, column value"):
+                log.to_parquet(self.out)
+        self.assertEqual(os.listdir(self.out), [])
+
+
 class Wheel(unittest.TestCase):
     def test_it_is_pure_python_and_runs_from_the_wheel(self):
         try:

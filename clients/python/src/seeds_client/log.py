@@ -12,7 +12,7 @@ APPLICATION_ID = 0x53454544  # "SEED"
 UNITS = {
     "_m": "m", "_m2": "m2", "_ms": "m/s", "_deg": "degrees", "_ns": "ns", "_s": "s", "_us": "us", "_db": "dB",
     "_bytes": "octets", "_percent": "%", "_hpa": "hPa", "_c": "degrees Celsius", "_per_h": "mm/h", "_kg": "kg",
-    "_g_per_m3": "g/m3", "_mm": "mm", "_p": "probability",
+    "_g_per_m3": "g/m3", "_mm": "mm", "_p": "probability", "_rad": "rad", "_ms2": "m/s2",
 }
 
 
@@ -111,29 +111,47 @@ class Log:
         return frame
 
     def to_parquet(self, folder: "str | os.PathLike[str]") -> Dict[str, int]:
-        """Writes one Parquet file a table and returns their numbers of rows. Metadata: the run's facts and the units."""
-        import pyarrow
+        """Writes one Parquet file a table and returns their numbers of rows. Metadata: the run's facts and the units.
+
+        All files or none: where a table cannot be written, ValueError names it and nothing of the export stays.
+        """
         import pyarrow.parquet
 
         os.makedirs(folder, exist_ok=True)
-        kinds = {"INTEGER": pyarrow.int64(), "REAL": pyarrow.float64(), "TEXT": pyarrow.string()}
-        counts = {}
-        for table in self.tables():
-            columns = self._columns(table)
-            names = ", ".join(f'"{name}"' for name, _ in columns)
-            rows = self._database.execute(f'SELECT {names} FROM "{table}"').fetchall()
-            whole = list(zip(*rows)) if rows else [()] * len(columns)
-            arrays, fields = [], []
-            for (name, declared), values in zip(columns, whole):
-                kind = kinds.get(declared, pyarrow.string())
-                arrays.append(pyarrow.array(list(values), type=kind))
-                said = unit(name)
-                fields.append(pyarrow.field(name, kind, metadata={"unit": said} if said else None))
-            facts = {"run": json.dumps(self.run), "schema": "seeds.log/1", "table": table}
-            made = pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields, metadata=facts))
-            pyarrow.parquet.write_table(made, os.path.join(folder, f"{table}.parquet"))
-            counts[table] = len(rows)
+        counts: Dict[str, int] = {}
+        half = {table: os.path.join(folder, f"{table}.parquet.part") for table in self.tables()}
+        try:
+            for table, path in half.items():
+                made = self._arrow(table)
+                pyarrow.parquet.write_table(made, path)
+                counts[table] = made.num_rows
+            for table, path in half.items():
+                os.replace(path, os.path.join(folder, f"{table}.parquet"))
+        finally:
+            for path in filter(os.path.exists, half.values()):
+                os.remove(path)
         return counts
+
+    def _arrow(self, table: str):
+        """A whole table as Arrow has it."""
+        import pyarrow
+
+        kinds = {"INTEGER": pyarrow.int64(), "REAL": pyarrow.float64(), "BLOB": pyarrow.binary()}
+        columns = self._columns(table)
+        names = ", ".join(f'"{name}"' for name, _ in columns)
+        rows = self._database.execute(f'SELECT {names} FROM "{table}"').fetchall()
+        whole = list(zip(*rows)) if rows else [()] * len(columns)
+        arrays, fields = [], []
+        for (name, declared), values in zip(columns, whole):
+            kind = kinds.get(declared, pyarrow.string())
+            try:
+                arrays.append(pyarrow.array(list(values), type=kind))
+            except (pyarrow.ArrowException, OverflowError) as error:
+                raise ValueError(f"table {table}, column {name}: {error}") from error
+            said = unit(name)
+            fields.append(pyarrow.field(name, kind, metadata={"unit": said} if said else None))
+        facts = {"run": json.dumps(self.run), "schema": "seeds.log/1", "table": table}
+        return pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields, metadata=facts))
 
     def close(self) -> None:
         """Closes the file."""
