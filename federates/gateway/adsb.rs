@@ -6,7 +6,6 @@
 
 use super::Gateway;
 use super::items::{nac_p, pressure_altitude_m};
-use super::plots;
 use crate::runtime::messages::{PlotMessage, ScanReport, TruthMessage};
 use geodesy::Enu;
 use mode_s::sbs::{self, Line, Says};
@@ -56,8 +55,7 @@ impl Reported {
             *self = Self { run: scan.run, last: BTreeMap::new() };
         }
         for plot in scan.plots.iter().filter(|p| p.kind.word == "adsb") {
-            let flight = gateway.flight(&plot.identity);
-            let Some(address) = plots::address(flight, &plot.identity) else { continue };
+            let Some(address) = gateway.address_of(plot) else { continue };
             if self.last.get(&address).is_none_or(|last| last.time_ns <= plot.time_ns) {
                 self.last.insert(address, plot.clone());
             }
@@ -73,7 +71,7 @@ impl Reported {
 const HEARD_NS: i64 = 11_000_000_000;
 
 fn reported(gateway: &Gateway, address: u32, plot: &PlotMessage, time_ns: i64) -> Addressed {
-    let flight = gateway.flight(&plot.identity);
+    let flight = gateway.flight_of(plot);
     let aircraft = flight.is_none_or(|f| f.movement != MovementKind::Vehicle);
     let type_designator = flight.map_or(String::new(), |f| f.type_designator.clone());
     let velocity_mps = plot.velocity_mps.unwrap_or_default();
@@ -91,7 +89,7 @@ fn reported(gateway: &Gateway, address: u32, plot: &PlotMessage, time_ns: i64) -
                 true => Emitter::aircraft(address, true),
                 false => Emitter::vehicle(address),
             },
-            callsign: flight.map_or(String::new(), |f| f.callsign.clone()),
+            callsign: flight.map_or(plot.callsign(), |f| &f.callsign).to_owned(),
             category: category(aircraft, flight.and_then(|f| f.wake), &type_designator),
             lat_deg: place.lat_deg(),
             lon_deg: place.lon_deg(),

@@ -231,6 +231,7 @@ mod tests {
             let truth = TruthMessage {
                 id: [1, 2, 3],
                 callsign: "SWR137HXY".into(),
+                address: None,
                 type_designator: "B77W".into(),
                 aircraft: true,
                 size_m: [70.0, 60.0],
@@ -288,6 +289,7 @@ mod tests {
             let truth = TruthMessage {
                 id: [1, 2, 3],
                 callsign: "KLM1".into(),
+                address: None,
                 type_designator: String::new(),
                 aircraft: true,
                 size_m: [40.0, 36.0],

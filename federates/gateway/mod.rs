@@ -17,6 +17,7 @@ pub mod commands;
 pub mod flightgear;
 pub mod foreign;
 pub mod http;
+pub mod invented;
 pub mod items;
 pub mod listen;
 pub mod opensky;
@@ -28,11 +29,12 @@ pub mod public_bus;
 pub mod tracks;
 
 use crate::runtime::messages::{
-    AlertMessage, FlightNotice, ScanReport, TrackMessage, WeatherNotice,
+    AlertMessage, FlightNotice, PlotMessage, ScanReport, TrackMessage, WeatherNotice,
 };
 use alerts::Alerts;
 use asterix::{DATAGRAM_LIMIT, EncodeError, Packer, cat010, cat019, cat065, cat247};
 use geodesy::{Enu, LocalFrame};
+use invented::Invented;
 use models::plot::SensorKind;
 use models::score::areas::{AreaMap, AreaRules};
 use models::track::TrackStatus;
@@ -126,9 +128,11 @@ pub struct Gateway {
     frame_ns: i64,
     shift_ns: i64,
     pub(crate) flights: Vec<FlightNotice>,
-    /// Places in the list by call sign, and by address as six hexadecimal digits; of several the first.
+    /// Places in the list by call sign and by address; of several the first.
     by_callsign: BTreeMap<String, usize>,
-    by_address: BTreeMap<String, usize>,
+    by_address: BTreeMap<u32, usize>,
+    /// By call sign, who reports by ADS-B and says no address.
+    pub(crate) anonymous: Invented<String>,
     pub(crate) weather: Vec<WeatherNotice>,
     pub(crate) memory: BTreeMap<u16, Memory>,
     alerts: Alerts,
@@ -168,6 +172,7 @@ impl Gateway {
             flights: Vec::new(),
             by_callsign: BTreeMap::new(),
             by_address: BTreeMap::new(),
+            anonymous: Invented::default(),
             weather: Vec::new(),
             memory: BTreeMap::new(),
             alerts: Alerts::default(),
@@ -198,7 +203,7 @@ impl Gateway {
         for (place, flight) in entries.iter().enumerate() {
             self.by_callsign.entry(flight.callsign.clone()).or_insert(place);
             if let Some(address) = flight.address {
-                self.by_address.entry(format!("{address:06X}")).or_insert(place);
+                self.by_address.entry(address).or_insert(place);
             }
         }
         self.flights = entries;
@@ -276,12 +281,27 @@ impl Gateway {
         [place.lat_deg(), place.lon_deg()]
     }
 
-    pub(crate) fn flight(&self, identity: &str) -> Option<&FlightNotice> {
-        if identity.is_empty() {
-            return None;
+    /// The flight with a call sign.
+    pub(crate) fn flight(&self, callsign: &str) -> Option<&FlightNotice> {
+        self.flights.get(*self.by_callsign.get(callsign).filter(|_| !callsign.is_empty())?)
+    }
+
+    /// The flight of who says no call sign, by the address that he says.
+    pub(crate) fn flight_at(&self, address: Option<u32>) -> Option<&FlightNotice> {
+        self.flights.get(*self.by_address.get(&address?)?)
+    }
+
+    /// The flight of who reported himself.
+    pub(crate) fn flight_of(&self, plot: &PlotMessage) -> Option<&FlightNotice> {
+        match plot.callsign() {
+            "" => self.flight_at(plot.address),
+            callsign => self.flight(callsign),
         }
-        let place = self.by_callsign.get(identity).or_else(|| self.by_address.get(identity))?;
-        self.flights.get(*place)
+    }
+
+    /// The address of who reported himself: what he said, else that of his flight.
+    pub(crate) fn address_of(&self, plot: &PlotMessage) -> Option<u32> {
+        plot.address.or_else(|| self.flight_of(plot)?.address)
     }
 
     /// Whether a scan was sent already: an SMDFM that returned tells those again that it made meanwhile.
@@ -308,6 +328,11 @@ impl Gateway {
         if self.choice.sensors {
             let mut plots: Vec<_> = scan.plots.iter().collect();
             plots.sort_by_key(|p| (p.sensor, p.sequence));
+            for plot in plots.iter().filter(|p| p.kind == SensorKind::Adsb) {
+                if !plot.identity.is_empty() && self.address_of(plot).is_none() {
+                    self.anonymous.of(plot.identity.clone(), 0);
+                }
+            }
             for plot in plots {
                 let source = self.sources.iter().find(|s| u16::from(s.sic) == plot.sensor);
                 if let Some(source) = source
@@ -360,6 +385,7 @@ impl Gateway {
                     self.scans_lost += scan.scan.saturating_sub(1);
                 }
                 self.memory.clear();
+                self.anonymous = Invented::default();
                 self.alerts.come_to(scan.run);
             }
         }
@@ -505,5 +531,7 @@ impl Out {
     }
 }
 
+#[cfg(test)]
+mod address_tests;
 #[cfg(test)]
 mod tests;

@@ -22,24 +22,11 @@ pub fn record(
     plot: &PlotMessage,
     scan: &ScanReport,
 ) -> Result<(), EncodeError> {
-    let flight = gateway.flight(&plot.identity);
-    let report = Report { gateway, source, plot, flight };
+    let report = Report { gateway, source, plot, flight: gateway.flight_of(plot) };
     match category {
         20 => report.record_020(packer),
         21 => report.record_021(packer, scan.time_ns),
         _ => report.record_010(packer),
-    }
-}
-
-/// The address of who reports an identity: of its flight, or the identity itself.
-pub(super) fn address(flight: Option<&FlightNotice>, identity: &str) -> Option<u32> {
-    let of_identity = || {
-        let digits = identity.len() == 6 && identity.bytes().all(|b| b.is_ascii_hexdigit());
-        digits.then(|| u32::from_str_radix(identity, 16).ok()).flatten()
-    };
-    match flight {
-        Some(flight) => flight.address,
-        None => of_identity(),
     }
 }
 
@@ -70,16 +57,21 @@ impl Report<'_> {
     }
 
     fn address(&self) -> Option<u32> {
-        address(self.flight, &self.plot.identity)
+        self.gateway.address_of(self.plot)
     }
 
-    /// The call sign that was reported (an address is not one).
+    /// What kind of address category 021 says, and the address: 0 of ICAO, 2 of a vehicle, 3 of somebody who said none.
+    fn addressed(&self) -> (u32, u32) {
+        match self.address() {
+            Some(address) if self.target() == 2 => (2, address),
+            Some(address) => (0, address),
+            None => (3, self.gateway.anonymous.given(&self.plot.identity).unwrap_or(0)),
+        }
+    }
+
+    /// The call sign that was reported, else that of the flight with the address that was.
     fn callsign(&self) -> Option<String> {
-        let name = match self.flight {
-            Some(flight) => flight.callsign.as_str(),
-            None if self.address().is_some() => "",
-            None => self.plot.identity.as_str(),
-        };
+        let name = self.flight.map_or(self.plot.callsign(), |flight| &flight.callsign);
         Some(ident(name)).filter(|name| !name.is_empty())
     }
 
@@ -178,13 +170,14 @@ impl Report<'_> {
     fn record_021(&self, packer: &mut Packer, scan_end_ns: i64) -> Result<(), EncodeError> {
         let plot = self.plot;
         let vehicle = u8::from(self.target() == 2);
+        let (kind, address) = self.addressed();
         packer.record(&cat021::CATEGORY, |items| {
             items.put(&cat021::I010, &[0, self.source.sic])?;
-            let descriptor = [2 * vehicle, 0, 0, 0, 0, self.on_ground(), 1];
+            let descriptor = [kind, 0, 0, 0, 0, u32::from(self.on_ground()), 1];
             items.put(&cat021::I040, &descriptor)?;
             items.put(&cat021::I071, &[self.time_s()])?;
             items.put(&cat021::I131, &self.gateway.place(plot.position_m.into()))?;
-            items.put(&cat021::I080, &[self.address().unwrap_or(0)])?;
+            items.put(&cat021::I080, &[address])?;
             // A report has the time at which it was sent; what it is late by lies in its position. It is received then.
             items.put(&cat021::I073, &[self.time_s()])?;
             if let Some(height_m) = plot.altitude_m {

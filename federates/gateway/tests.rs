@@ -7,7 +7,7 @@ use models::flight_list::{MovementKind, WakeCategory};
 use models::frames::Point2;
 use models::track::TrackType;
 
-fn scene() -> Scene {
+pub(super) fn scene() -> Scene {
     scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene")
 }
 
@@ -43,7 +43,7 @@ pub(super) fn track(number: u16, time_ns: i64) -> TrackMessage {
     }
 }
 
-fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
+pub(super) fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
     PlotMessage {
         sensor,
         kind: SensorKind::Asde,
@@ -56,6 +56,7 @@ fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
         polar: Some([3605.0, 2.8, 2.0, 0.001]),
         scnr_db: Some(20.0),
         identity: String::new(),
+        address: None,
         cause: "SWR137H".into(),
         truth_m: Some(Point2::new(1201.0, -3401.0)),
         sequence: 0,
@@ -70,7 +71,7 @@ pub(super) fn report(scan: u64, tracks: Vec<TrackMessage>, plots: Vec<PlotMessag
 }
 
 /// Every record with its category, read while the datagrams live.
-fn read<T>(datagrams: &[Vec<u8>], get: impl Fn(&Record<'_>) -> Option<T>) -> Vec<T> {
+pub(super) fn read<T>(datagrams: &[Vec<u8>], get: impl Fn(&Record<'_>) -> Option<T>) -> Vec<T> {
     let blocks = datagrams.iter().flat_map(|d| blocks(d)).map(|b| b.expect("sound"));
     blocks.flat_map(|b| b.records()).filter_map(|r| get(&r.expect("sound"))).collect()
 }
@@ -332,24 +333,28 @@ fn a_flight_is_found_by_its_call_sign_or_address() {
         flight("", Some(0x1), MovementKind::Vehicle),
     ];
     gateway.on_flights(list.to_vec());
-    let found = |gateway: &Gateway, name: &str| {
-        gateway.flight(name).and_then(|f| list.iter().position(|known| known == f))
+    let found = |gateway: &Gateway, identity: &str, address| {
+        let plot = PlotMessage { identity: identity.into(), address, ..plot(1, 0) };
+        gateway.flight_of(&plot).and_then(|f| list.iter().position(|known| known == f))
     };
-    for (name, place) in [
-        ("SWR1", Some(0)),
-        ("4B1805", Some(0)),
-        ("000ABC", Some(1)),
-        ("SWR2", Some(2)),
-        ("000001", Some(4)),
-        ("4b1805", None),
-        ("ABC", None),
-        ("", None),
-        ("SWR3", None),
+    for (identity, address, place) in [
+        ("SWR1", None, Some(0)),
+        ("4B1805", Some(0x4b_1805), Some(0)),
+        ("000ABC", None, Some(1)),
+        ("000ABC", Some(0xabc), Some(2)),
+        ("SWR2", Some(0x1), Some(2)),
+        ("000001", Some(0x1), Some(4)),
+        ("4B1805", None, None),
+        ("4b1805", Some(0x4b_1805), None),
+        ("", None, None),
+        ("SWR3", Some(0xabc), None),
     ] {
-        assert_eq!(found(&gateway, name), place, "{name}");
+        assert_eq!(found(&gateway, identity, address), place, "{identity} {address:?}");
     }
     gateway.on_flights(vec![list[2].clone()]);
-    assert_eq!(["SWR1", "SWR2", "000ABC"].map(|n| found(&gateway, n)), [None, Some(2), Some(2)]);
+    let later = ["SWR1", "SWR2", "000ABC"].map(|name| found(&gateway, name, None));
+    assert_eq!(later, [None, Some(2), None]);
+    assert_eq!(found(&gateway, "000ABC", Some(0xabc)), Some(2));
 }
 
 /// What stood when the operator restarted is not said of the next run, which may have no alert at all; nor what is late of it.
@@ -425,6 +430,7 @@ fn squitters_of_reports_say_what_the_sensors_were_told() {
             .map(|(name, entity)| crate::runtime::messages::TruthMessage {
                 id: [1, 1, entity],
                 callsign: (*name).into(),
+                address: None,
                 type_designator: String::new(),
                 aircraft: true,
                 size_m: [30.0, 30.0],
@@ -475,7 +481,7 @@ fn squitters_of_reports_say_what_the_sensors_were_told() {
 }
 
 /// A flight of an A320 on runway 28.
-fn flight(callsign: &str, address: Option<u32>, movement: MovementKind) -> FlightNotice {
+pub(super) fn flight(callsign: &str, address: Option<u32>, movement: MovementKind) -> FlightNotice {
     FlightNotice {
         callsign: callsign.into(),
         address,
@@ -498,6 +504,7 @@ fn on_final(scan: u64) -> (Vec<FlightNotice>, ScanReport) {
         crate::runtime::messages::TruthMessage {
             id: [1, 1, entity],
             callsign: callsign.into(),
+            address: None,
             type_designator: if callsign == "FIRE1" { "FIRE".into() } else { "A320".into() },
             aircraft: callsign != "FIRE1",
             size_m: [30.0, 30.0],

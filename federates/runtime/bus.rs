@@ -257,6 +257,7 @@ mod part_tests {
             polar: Some([1.0; 4]),
             scnr_db: Some(20.0),
             identity: format!("SWR{n}"),
+            address: None,
             cause: format!("SWR{n}"),
             truth_m: Some(Point2::origin()),
             sequence: n,

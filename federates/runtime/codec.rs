@@ -7,7 +7,7 @@ use bincode::Options;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Raised with every incompatible change of [`super::messages`].
-pub const VERSION: u8 = 10;
+pub const VERSION: u8 = 11;
 
 /// Largest message, octets.
 pub const LIMIT: u64 = 8 << 20;
@@ -201,12 +201,12 @@ mod tests {
     fn golden_octets() {
         let grant = Order::Grant { run: 2, upto: 300 };
         let octets = encode(&grant);
-        assert_eq!(octets, [10, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(octets, [11, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(decode::<Order>(&octets).unwrap(), grant);
         let mut other = octets;
         other[0] = VERSION - 1;
         let refused = decode::<Order>(&other);
-        assert!(matches!(refused, Err(CodecError::Version(9))), "sound but for its version");
+        assert!(matches!(refused, Err(CodecError::Version(10))), "sound but for its version");
     }
 
     #[test]

@@ -244,6 +244,7 @@ impl Truth {
                 TruthMessage {
                     id: [id.site, id.application, id.entity],
                     callsign: entity.marking(),
+                    address: None,
                     type_designator: String::new(),
                     aircraft: kind.domain == AIR,
                     size_m: [0.0; 2],

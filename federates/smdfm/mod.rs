@@ -18,6 +18,8 @@ pub mod report;
 pub mod setup;
 
 #[cfg(test)]
+mod address_tests;
+#[cfg(test)]
 mod handover_tests;
 #[cfg(test)]
 mod height_tests;

@@ -73,6 +73,16 @@ fn identity(plot: &Plot) -> String {
     }
 }
 
+/// The address that was reported: a transponder that says a call sign says its address with it.
+fn address(view: &View<'_>, entity: Option<usize>, plot: &Plot) -> Option<u32> {
+    match plot.identity? {
+        Identity::Address(address) => Some(address),
+        Identity::Callsign(callsign) => {
+            view.address(entity.filter(|index| view.callsign(*index) == callsign)?)
+        }
+    }
+}
+
 /// What a scan report is made of.
 pub struct ScanParts<'a> {
     /// Number of the run.
@@ -140,6 +150,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
                     .map(|p| [p.range_m, p.azimuth_rad, p.sigma_range_m, p.sigma_azimuth_rad]),
                 scnr_db: plot.scnr_db,
                 identity: identity(plot),
+                address: address(view, entity, plot),
                 cause: entity.map_or_else(String::new, |i| view.callsign(i).as_str().to_owned()),
                 truth_m: cause.truth_m,
                 track,
@@ -194,6 +205,7 @@ fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Op
     Some(TruthMessage {
         id: [id.site, id.application, id.entity],
         callsign: view.callsign(index).as_str().to_owned(),
+        address: view.address(index),
         type_designator: class.designator.clone(),
         aircraft: class.aircraft,
         size_m: [class.length_m, class.span_m],

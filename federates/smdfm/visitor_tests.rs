@@ -28,7 +28,7 @@ fn scene() -> Arc<Scene> {
 }
 
 /// A visitor's PDU, sent `delay_s` before it arrives at simulated time `at_s`, in real time.
-fn stamped(scene: &Scene, at_s: f64, delay_s: f64, body: &impl EncodeBody) -> Stamped {
+pub(super) fn stamped(scene: &Scene, at_s: f64, delay_s: f64, body: &impl EncodeBody) -> Stamped {
     let time = FrameTime::of(&scene.run);
     // The wall clock of another day than the scene's.
     let utc_ns = 1_700_000_000_000_000_000 + (at_s * 1e9) as i64;
@@ -41,7 +41,7 @@ fn stamped(scene: &Scene, at_s: f64, delay_s: f64, body: &impl EncodeBody) -> St
 }
 
 /// A car (or, in the air domain, an aircraft) at a place of the airport.
-fn guest(
+pub(super) fn guest(
     scene: &Scene,
     position_m: [f64; 3],
     velocity_mps: [f64; 3],

@@ -15,6 +15,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
     let truth = TruthMessage {
         id: [1, 2, 3],
         callsign: "SWR1".to_owned(),
+        address: None,
         type_designator: "A320".to_owned(),
         aircraft: true,
         size_m: [37.6, 34.1],
@@ -36,6 +37,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         polar: Some([1200.0, 0.4, 2.0, 0.001]),
         scnr_db: Some(12.0),
         identity: String::new(),
+        address: None,
         cause: "SWR1".to_owned(),
         truth_m: Some(Point2::new(x_m, 53.0)),
         sequence: 0,

@@ -277,6 +277,7 @@ mod tests {
         let truth = TruthMessage {
             id: [1, 2, 3],
             callsign: "TEST1".to_owned(),
+            address: None,
             type_designator: "A320".to_owned(),
             aircraft: true,
             size_m: [37.6, 34.1],

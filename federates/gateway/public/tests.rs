@@ -112,6 +112,7 @@ fn scan(time_ns: i64) -> ScanReport {
         polar: Some([1260.0, -0.1, 2.0, 0.001]),
         scnr_db: Some(f64::INFINITY),
         identity: String::new(),
+        address: None,
         cause: "SWR1".into(),
         truth_m: Some(Point2::new(1200.0, -400.0)),
         sequence: 3,
@@ -121,6 +122,7 @@ fn scan(time_ns: i64) -> ScanReport {
     let truth = TruthMessage {
         id: [417, 1, 2],
         callsign: "SWR1".into(),
+        address: None,
         type_designator: "A320".into(),
         aircraft: true,
         size_m: [37.6, 34.1],

@@ -133,8 +133,10 @@ pub struct PlotMessage {
     pub polar: Option<[f64; 4]>,
     /// SCNR, dB, radars only.
     pub scnr_db: Option<f64>,
-    /// Identity as reported; empty if none.
+    /// Identity as reported: the call sign, where there is none the address in six hexadecimal digits; empty if none.
     pub identity: String,
+    /// 24-bit address that was reported with it; the log does not keep it.
+    pub address: Option<u32>,
     /// Entity that caused it (call sign), for evaluation; empty for false alarms.
     pub cause: String,
     /// True position at the time of the measurement, m east and north; none for false alarms.
@@ -154,6 +156,8 @@ pub struct TruthMessage {
     pub id: [u16; 3],
     /// Marking.
     pub callsign: String,
+    /// 24-bit address of its transponder, where it has one; the log does not keep it.
+    pub address: Option<u32>,
     /// Type designator, where known.
     pub type_designator: String,
     /// Aircraft or vehicle.
@@ -201,6 +205,17 @@ impl ScanReport {
     pub fn followed(&self) -> BTreeMap<u16, (usize, f64)> {
         let truth = self.truth.iter().enumerate();
         truth.filter_map(|(i, t)| t.track.map(|(number, error_m)| (number, (i, error_m)))).collect()
+    }
+}
+
+impl PlotMessage {
+    /// The call sign that was reported; empty where none was, or an address alone.
+    #[must_use]
+    pub fn callsign(&self) -> &str {
+        match self.address {
+            Some(address) if self.identity == format!("{address:06X}") => "",
+            _ => &self.identity,
+        }
     }
 }
 

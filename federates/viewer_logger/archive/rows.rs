@@ -85,6 +85,7 @@ pub(super) fn truth(row: &Row<'_>) -> rusqlite::Result<TruthMessage> {
     Ok(TruthMessage {
         id: [(entity >> 32) as u16, (entity >> 16) as u16, entity as u16],
         callsign: words(row, 1)?,
+        address: None,
         type_designator: words(row, 2)?,
         position_m: Point3::new(real(row, 3)?, real(row, 4)?, real(row, 5)?),
         velocity_mps: [real(row, 6)?, real(row, 7)?, row.get::<_, Option<f64>>(8)?.unwrap_or(0.0)],
@@ -239,6 +240,7 @@ pub(super) fn plot(row: &Row<'_>) -> rusqlite::Result<PlotMessage> {
         polar,
         scnr_db: row.get(12)?,
         identity: words(row, 13)?,
+        address: None,
         track: row.get(14)?,
         cause: words(row, 15)?,
         truth_m: truth.0.zip(truth.1).map(|(x, y)| Point2::new(x, y)),

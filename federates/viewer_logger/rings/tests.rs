@@ -13,6 +13,7 @@ fn scan_of(at_s: f64, targets: &[(&str, [f64; 3])]) -> Vec<u8> {
     let truth = targets.iter().enumerate().map(|(i, &(name, [x, y, z]))| TruthMessage {
         id: [1, 2, 3 + i as u16],
         callsign: format!("TEST{i}"),
+        address: None,
         type_designator: name.to_owned(),
         aircraft: name == "A320",
         size_m: [37.6, 34.1],

@@ -15,6 +15,7 @@ fn truth_at(scene: &Scene, at: SimTime) -> Vec<TruthMessage> {
         Some(TruthMessage {
             id: [1, 1, number as u16 + 1],
             callsign: entity.callsign.as_str().to_owned(),
+            address: None,
             type_designator: designator(entity),
             aircraft: true,
             size_m: [30.0, 30.0],

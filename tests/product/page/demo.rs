@@ -117,6 +117,7 @@ impl Demo {
             report.truth.push(TruthMessage {
                 id: [1, 1, number],
                 callsign: mover.callsign.clone(),
+                address: None,
                 type_designator: mover.designator.to_owned(),
                 aircraft: mover.aircraft,
                 size_m: mover.size_m,
@@ -140,6 +141,7 @@ impl Demo {
                         polar: None,
                         scnr_db: Some(14.0 + 3.0 * draw(6)),
                         identity: String::new(),
+                        address: None,
                         cause: mover.callsign.clone(),
                         truth_m: Some(at.into()),
                         sequence: i as u32,
