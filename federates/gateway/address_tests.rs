@@ -1,9 +1,13 @@
 //! Whose address goes out: of visitors, of who has none, of call signs that look like one.
 
+use super::adsb::Origin;
+use super::board::Board;
 use super::tests::{plot, read, report, scene, track};
 use super::*;
-use crate::runtime::messages::PlotMessage;
-use asterix::{cat020, cat021};
+use crate::runtime::messages::{PlotMessage, TruthMessage};
+use asterix::{cat011, cat020, cat021, cat062};
+use models::frames::Point3;
+use std::sync::Arc;
 
 /// A gateway with a multilateration and an ADS-B sensor beside those of the scene.
 fn gateway() -> Gateway {
@@ -32,9 +36,9 @@ fn said_021(sent: &[Vec<u8>]) -> Vec<(f64, f64, String)> {
 fn visitors_have_their_own_addresses_and_call_signs_in_every_report() {
     let mut gateway = gateway();
     let both = [("SWR99Z", 0x4b_1234), ("FDB123", 0x89_6001)];
-    let plots = [8, 9].into_iter().flat_map(|sensor| {
-        both.map(|(name, address)| told(sensor, name, Some(address)))
-    });
+    let plots = [8, 9]
+        .into_iter()
+        .flat_map(|sensor| both.map(|(name, address)| told(sensor, name, Some(address))));
     let sent = gateway.on_scan(&report(1, vec![], plots.collect()));
     let expected = both.map(|(name, address)| (0.0, f64::from(address), name.to_owned()));
     assert_eq!(said_021(&sent), expected);
@@ -73,4 +77,108 @@ fn a_call_sign_of_six_digits_is_no_address_and_nobody_has_address_zero() {
     // Who says nothing at all of himself is not an aircraft of ICAO's list either.
     let sent = gateway.on_scan(&report(3, vec![], vec![told(9, "", None)]));
     assert_eq!(said_021(&sent), [(3.0, 0.0, String::new())]);
+}
+
+#[test]
+fn a_track_has_the_address_that_its_target_told() {
+    let mut gateway = gateway();
+    let named = |number, callsign: &str, address| TrackMessage {
+        callsign: callsign.into(),
+        address,
+        ..track(number, 1_000_000_000)
+    };
+    // One told call sign and address, one its address alone, one neither.
+    let tracks =
+        vec![named(1, "SWR99Z", None), named(2, "", Some(0x89_6001)), named(3, "SWR8", None)];
+    let addresses = |sent: &[Vec<u8>]| -> [Vec<(f64, Option<f64>)>; 2] {
+        let of = |number, item, sub| {
+            read(sent, |r| {
+                let address = r.get(item).and_then(|v| v.sub(sub)?.data().next()?.number());
+                Some((r.number(number)?, address))
+            })
+        };
+        [
+            of(&cat062::I040, &cat062::I380, &cat062::I380_ADR),
+            of(&cat011::I161, &cat011::I380, &cat011::I380_ADR),
+        ]
+    };
+    let expected =
+        vec![(1.0, Some(f64::from(0x4b_1234))), (2.0, Some(f64::from(0x89_6001))), (3.0, None)];
+    let plots = vec![told(8, "SWR99Z", Some(0x4b_1234))];
+    let sent = gateway.on_scan(&report(1, tracks.clone(), plots));
+    assert_eq!(addresses(&sent), [expected.clone(), expected.clone()]);
+    // Also in scans in which nothing was heard of it; not in another run.
+    let sent = gateway.on_scan(&report(2, tracks.clone(), vec![]));
+    assert_eq!(addresses(&sent)[0], expected);
+    let sent = gateway.on_scan(&ScanReport { run: 2, ..report(1, tracks, vec![]) });
+    assert_eq!(addresses(&sent)[0][0], (1.0, None));
+}
+
+/// An entity of somebody.
+fn guest(id: [u16; 3], callsign: &str, address: Option<u32>) -> TruthMessage {
+    TruthMessage {
+        id,
+        callsign: callsign.into(),
+        address,
+        type_designator: "A320".into(),
+        aircraft: true,
+        size_m: [37.6, 34.1],
+        position_m: Point3::new(100.0 * f64::from(id[1] % 10), 0.0, 0.0),
+        velocity_mps: [10.0, 0.0, 0.0],
+        heading_rad: 1.57,
+        ours: false,
+        track: None,
+    }
+}
+
+/// Address and call sign of everybody in `aircraft.json`.
+fn aircraft(board: &Board, number: u64, truth: &[TruthMessage]) -> Vec<(String, String)> {
+    let scan = ScanReport { truth: truth.to_vec(), ..report(number, vec![], vec![]) };
+    board.on_scan(&Arc::new(scan));
+    let json = board.value("aircraft.json").expect("there");
+    let list = json["aircraft"].as_array().expect("a list");
+    let text =
+        |entry: &serde_json::Value, key: &str| entry[key].as_str().expect(key).trim().to_owned();
+    list.iter().map(|entry| (text(entry, "hex"), text(entry, "flight"))).collect()
+}
+
+#[test]
+fn squitters_of_a_visitor_carry_its_own_address() {
+    let guests = [
+        guest([300, 300, 1], "SWR99Z", Some(0x4b_1234)),
+        guest([301, 1, 1], "FDB123", Some(0x89_6001)),
+        guest([301, 1, 2], "N172SP", None),
+    ];
+    let board = Board::new(&scene(), 1, false);
+    let own = [("4b1234", "SWR99Z"), ("896001", "FDB123")].map(|(a, b)| (a.into(), b.into()));
+    assert_eq!(aircraft(&board, 1, &guests), own);
+    // By what ADS-B sensors were told, the same.
+    let board = Board::new(&scene(), 1, false).sending(Origin::Reports);
+    let heard = guests.iter().map(|g| told(9, &g.callsign, g.address)).collect();
+    board.on_scan(&Arc::new(report(1, vec![], heard)));
+    let json = board.value("aircraft.json").expect("there");
+    let list = json["aircraft"].as_array().expect("a list");
+    let heard: Vec<(String, String)> = list
+        .iter()
+        .map(|a| {
+            let text = |key: &str| a[key].as_str().expect(key).trim().to_owned();
+            (text("hex"), text("flight"))
+        })
+        .collect();
+    assert_eq!(heard, own);
+}
+
+#[test]
+fn invented_addresses_are_of_one_target_each_and_stay_his() {
+    let board = Board::new(&scene(), 1, true);
+    // Two of the same entity number, one whose wish the second would take next.
+    let guests =
+        [[300, 300, 1], [301, 1, 1], [301, 1, 2]].map(|id| guest(id, &format!("G{}", id[1]), None));
+    let first = aircraft(&board, 1, &guests);
+    let addresses: BTreeSet<&String> = first.iter().map(|(hex, _)| hex).collect();
+    assert_eq!((first.len(), addresses.len()), (3, 3), "{first:?}");
+    assert!(first.iter().all(|(hex, _)| hex.starts_with("~f0000")), "{first:?}");
+    // The first leaves and comes back: nobody's address changes.
+    assert_eq!(aircraft(&board, 2, &guests[1..]), first[1..]);
+    assert_eq!(aircraft(&board, 3, &guests), first);
 }

@@ -1,10 +1,11 @@
 //! Targets as their own extended squitters: Beast frames, SBS lines, `aircraft.json` as receivers write it.
 //!
-//! What is sent is truth at the end of each scan, and half a second later in a straight line; targets without an address send
-//! nothing, unless addresses are to be invented. Or it is what ADS-B sensors were told ([`Reported`]): positions with their errors, as
+//! What is sent is truth at the end of each scan, and half a second later in a straight line; targets without an address, of their
+//! flight or of their transponder, send nothing, unless addresses are to be invented. Or it is what ADS-B sensors were told ([`Reported`]): positions with their errors, as
 //! often as the sensor has them, and in a straight line between.
 
 use super::Gateway;
+use super::invented::Invented;
 use super::items::{nac_p, pressure_altitude_m};
 use crate::runtime::messages::{PlotMessage, ScanReport, TruthMessage};
 use geodesy::Enu;
@@ -17,8 +18,6 @@ use std::collections::BTreeMap;
 
 /// Pressure at sea level in the standard atmosphere, hPa.
 const STANDARD_HPA: f64 = 1013.25;
-/// First of the invented addresses; the number of the entity is added.
-const INVENTED: u32 = 0xf0_0000;
 
 /// A target with its name in the exercise.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,14 +117,28 @@ fn category(aircraft: bool, wake: Option<WakeCategory>, type_designator: &str) -
     }
 }
 
-/// Everybody who sends at the end of a scan, by identifier.
+/// Addresses of a run that were invented, by DIS identifier.
+#[derive(Clone, Debug, Default)]
+pub struct OfRun {
+    run: u32,
+    given: Invented<[u16; 3]>,
+}
+
+/// Everybody who sends at the end of a scan, by identifier; who has no address where `invented` has one for him.
 #[must_use]
-pub fn targets(gateway: &Gateway, scan: &ScanReport, invent: bool) -> Vec<Addressed> {
-    let mut list: Vec<Addressed> = scan
-        .truth
-        .iter()
-        .filter_map(|truth| addressed(gateway, truth, scan.time_ns, invent))
-        .collect();
+pub fn targets(
+    gateway: &Gateway,
+    scan: &ScanReport,
+    mut invented: Option<&mut OfRun>,
+) -> Vec<Addressed> {
+    if let Some(of_run) = invented.as_deref_mut().filter(|of_run| of_run.run != scan.run) {
+        *of_run = OfRun { run: scan.run, ..OfRun::default() };
+    }
+    let mut list: Vec<Addressed> = Vec::new();
+    for truth in &scan.truth {
+        let invent = || invented.as_deref_mut()?.given.of(truth.id, u32::from(truth.id[2]));
+        list.extend(addressed(gateway, truth, scan.time_ns, invent));
+    }
     list.sort_by_key(|a| a.id);
     list.dedup_by_key(|a| a.id);
     list
@@ -135,15 +148,14 @@ fn addressed(
     gateway: &Gateway,
     truth: &TruthMessage,
     time_ns: i64,
-    invent: bool,
+    invent: impl FnOnce() -> Option<u32>,
 ) -> Option<Addressed> {
     let flight = gateway.flight(&truth.callsign);
-    let own = flight.and_then(|f| f.address);
+    let own = flight.and_then(|f| f.address).or(truth.address);
     let emitter = match own {
         Some(address) if truth.aircraft => Emitter::aircraft(address, true),
         Some(address) => Emitter::vehicle(address),
-        None if invent => Emitter::anonymous(INVENTED + u32::from(truth.id[2])),
-        None => return None,
+        None => Emitter::anonymous(invent()?),
     };
     let [east_m, north_m, up_m]: [f64; 3] = truth.position_m.into();
     let place = gateway.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();

@@ -45,7 +45,8 @@ struct Known {
     handovers: (u32, BTreeMap<u64, public::Handover>),
     feed: Feed,
     targets: Vec<adsb::Addressed>,
-    invent: bool,
+    /// Addresses of who has none, where they are to be invented.
+    invented: Option<adsb::OfRun>,
     /// What ADS-B sensors were told, where that is what is sent.
     reported: Option<adsb::Reported>,
     frame_s: f64,
@@ -66,7 +67,7 @@ impl Board {
             handovers: (0, BTreeMap::new()),
             feed: Feed::default(),
             targets: Vec::new(),
-            invent,
+            invented: invent.then(adsb::OfRun::default),
             reported: None,
             frame_s: scene.run.frame.s(),
         };
@@ -94,10 +95,10 @@ impl Board {
     /// A scan; what its targets send until the next one.
     pub fn on_scan(&self, scan: &Arc<ScanReport>) -> Vec<Piece> {
         let mut known = self.known();
-        let Known { gateway, feed, targets, invent, reported, .. } = &mut *known;
+        let Known { gateway, feed, targets, invented, reported, .. } = &mut *known;
         *targets = match reported {
             Some(reported) => reported.targets(gateway, scan),
-            None => adsb::targets(gateway, scan, *invent),
+            None => adsb::targets(gateway, scan, invented.as_mut()),
         };
         let pieces = feed.on_scan(gateway, scan, targets);
         known.scan = Some(Arc::clone(scan));

@@ -50,6 +50,9 @@ pub const MOST_SENSORS: u16 = 199;
 /// Categories that a run can be sent in.
 pub const CATEGORIES: [u8; 9] = [4, 10, 11, 19, 20, 21, 62, 65, 247];
 
+/// Most call signs whose addresses are kept.
+const MOST_HEARD: usize = 8192;
+
 const DAY_NS: i64 = 86_400_000_000_000;
 /// Scans between two status messages, and between two messages of the versions, s.
 const STATUS_S: i64 = 10;
@@ -135,6 +138,8 @@ pub struct Gateway {
     pub(crate) anonymous: Invented<String>,
     pub(crate) weather: Vec<WeatherNotice>,
     pub(crate) memory: BTreeMap<u16, Memory>,
+    /// Addresses of this run by the call signs that were reported with them.
+    heard: BTreeMap<String, u32>,
     alerts: Alerts,
     last: Option<(u32, u64)>,
     /// End of the last scan, ns.
@@ -175,6 +180,7 @@ impl Gateway {
             anonymous: Invented::default(),
             weather: Vec::new(),
             memory: BTreeMap::new(),
+            heard: BTreeMap::new(),
             alerts: Alerts::default(),
             last: None,
             last_ns: 0,
@@ -299,6 +305,21 @@ impl Gateway {
         }
     }
 
+    /// The flight of a track: by its call sign, where it has none by the address that its target reports.
+    pub(crate) fn flight_of_track(&self, track: &TrackMessage) -> Option<&FlightNotice> {
+        match track.callsign.as_str() {
+            "" => self.flight_at(track.address),
+            callsign => self.flight(callsign),
+        }
+    }
+
+    /// The address of a track: that of its flight, else what its target reports, else what came with its call sign.
+    pub(crate) fn address_of_track(&self, track: &TrackMessage) -> Option<u32> {
+        let of_flight = self.flight_of_track(track).and_then(|f| f.address);
+        let heard = || self.heard.get(&track.callsign).copied();
+        of_flight.or(track.address).or_else(heard)
+    }
+
     /// The address of who reported himself: what he said, else that of his flight.
     pub(crate) fn address_of(&self, plot: &PlotMessage) -> Option<u32> {
         plot.address.or_else(|| self.flight_of(plot)?.address)
@@ -385,6 +406,7 @@ impl Gateway {
                     self.scans_lost += scan.scan.saturating_sub(1);
                 }
                 self.memory.clear();
+                self.heard.clear();
                 self.anonymous = Invented::default();
                 self.alerts.come_to(scan.run);
             }
@@ -406,6 +428,12 @@ impl Gateway {
             *before = std::mem::take(now);
         }
         for plot in &scan.plots {
+            let callsign = plot.callsign();
+            if let Some(address) = plot.address.filter(|_| !callsign.is_empty())
+                && (self.heard.len() < MOST_HEARD || self.heard.contains_key(callsign))
+            {
+                self.heard.insert(callsign.to_owned(), address);
+            }
             let Some(memory) = plot.track.and_then(|n| self.memory.get_mut(&n)) else { continue };
             let newest = memory.plots.entry(plot.kind.word).or_insert(plot.time_ns);
             *newest = plot.time_ns.max(*newest);

@@ -4,7 +4,7 @@ use super::alerts::Mark;
 use super::items::{FOOT_M, ascii, fleet, fleet_011, ident, pressure_altitude_m, signed_root};
 use super::plots::Mixed;
 use super::{Gateway, Memory, SMDFM_SIC};
-use crate::runtime::messages::{FlightNotice, TrackMessage};
+use crate::runtime::messages::TrackMessage;
 use asterix::{EncodeError, ItemWriter, Packer, cat011, cat062};
 use models::flight_list::{MovementKind, WakeCategory};
 use models::plot::ON_GROUND_M;
@@ -20,13 +20,12 @@ struct System<'a> {
     gateway: &'a Gateway,
     track: &'a TrackMessage,
     memory: Memory,
-    flight: Option<&'a FlightNotice>,
 }
 
 impl<'a> System<'a> {
     fn of(gateway: &'a Gateway, track: &'a TrackMessage) -> Self {
         let memory = gateway.memory.get(&track.number).cloned().unwrap_or_default();
-        Self { gateway, track, memory, flight: gateway.flight(&track.callsign) }
+        Self { gateway, track, memory }
     }
 
     fn bits(&self) -> Bits {
@@ -162,7 +161,7 @@ pub fn record_062(
         items.put(&cat062::I185, &track.velocity_mps)?;
         items.put(&cat062::I210, &track.acceleration_ms2)?;
         items.compound(&cat062::I380, |sub| {
-            if let Some(address) = system.flight.and_then(|f| f.address) {
+            if let Some(address) = gateway.address_of_track(track) {
                 sub.put(&cat062::I380_ADR, &[address])?;
             }
             text(sub, &cat062::I380_ID, &callsign)
@@ -256,7 +255,7 @@ pub fn record_011(
         if !callsign.is_empty() {
             items.put(&cat011::I245, &[Mixed::Code(0), Mixed::Text(&callsign)])?;
         }
-        items.compound(&cat011::I380, |sub| match system.flight.and_then(|f| f.address) {
+        items.compound(&cat011::I380, |sub| match gateway.address_of_track(track) {
             Some(address) => sub.put(&cat011::I380_ADR, &[address]),
             None => Ok(()),
         })?;
