@@ -68,6 +68,12 @@ impl Text {
     pub fn as_str(&self) -> &str {
         std::str::from_utf8(&self.utf8[..usize::from(self.length)]).unwrap_or_default()
     }
+
+    /// The characters without what fills the field up: blanks and zeros, which of six bits read as "@".
+    #[must_use]
+    pub fn trimmed(&self) -> &str {
+        self.as_str().trim_matches([' ', '@', '\0'])
+    }
 }
 
 impl fmt::Debug for Text {

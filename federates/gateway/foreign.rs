@@ -192,7 +192,7 @@ fn label(record: &Record<'_>) -> String {
             Some(sub) => view.sub(sub)?.text()?,
             None => view.text()?,
         };
-        Some(text.as_str().trim().to_owned()).filter(|t| !t.is_empty())
+        Some(text.trimmed().to_owned()).filter(|t| !t.is_empty())
     };
     let found = match record.category.number {
         10 => of(&cat010::I245, None),

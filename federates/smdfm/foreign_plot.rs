@@ -1,7 +1,7 @@
 //! What a record of category 010, 020, 021, 048 or 062 says of a plot.
 
 use asterix::table::Item;
-use asterix::{Record, cat010, cat020, cat021, cat048, cat062};
+use asterix::{Record, Text, cat010, cat020, cat021, cat048, cat062};
 use models::plot::{Callsign, Identity};
 
 /// One foot, m; one nautical mile, m.
@@ -163,9 +163,10 @@ fn covariance(record: &Record<'_>) -> Option<[f64; 3]> {
 }
 
 fn identity(record: &Record<'_>) -> Option<Identity> {
-    let text = |item: &'static Item| Some(record.get(item)?.text()?.as_str().trim().to_owned());
+    let said = |text: Text| Some(text.trimmed().to_owned()).filter(|name| !name.is_empty());
+    let text = |item: &'static Item| said(record.get(item)?.text()?);
     let inner = |item: &'static Item, sub: &'static Item| record.get(item)?.sub(sub);
-    let inner_text = |item, sub| Some(inner(item, sub)?.text()?.as_str().trim().to_owned());
+    let inner_text = |item, sub| said(inner(item, sub)?.text()?);
     let code = |item: &'static Item| record.number(item);
     let inner_code = |item, sub| inner(item, sub)?.data().next()?.number();
     let (name, address) = match record.category.number {

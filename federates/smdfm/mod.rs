@@ -20,6 +20,8 @@ pub mod setup;
 #[cfg(test)]
 mod address_tests;
 #[cfg(test)]
+mod foreign_plot_tests;
+#[cfg(test)]
 mod handover_tests;
 #[cfg(test)]
 mod height_tests;

@@ -1,0 +1,75 @@
+//! What is read of reports as somebody's sensors make them.
+
+use super::foreign_plot::reading;
+use crate::gateway::foreign::track;
+use crate::gateway::plots::Mixed;
+use asterix::{Category, EncodeError, ItemWriter, Packer, Record, cat020, cat062};
+use models::plot::{Callsign, Identity};
+
+/// Where a call sign of these letters stands in a record, others can be written.
+const MARK: &str = "ABCDEFGH";
+
+/// The octets of a record with these items, other six-bit characters in place of the mark.
+fn octets(
+    category: &'static Category,
+    characters: [u8; 8],
+    write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
+) -> Vec<u8> {
+    let mut packer = Packer::new(1400);
+    packer.record(category, write).expect("fits");
+    let mut octets = packer.take().concat();
+    let bits = |text: [u8; 8]| text.iter().fold(0_u64, |sum, c| sum << 6 | u64::from(c & 0x3f));
+    let (mark, wanted) = (bits(*b"ABCDEFGH").to_be_bytes(), bits(characters).to_be_bytes());
+    if let Some(at) = octets.windows(6).position(|window| window == &mark[2..]) {
+        octets[at..at + 6].copy_from_slice(&wanted[2..]);
+    }
+    octets
+}
+
+fn first<T>(octets: &[u8], get: impl FnOnce(&Record<'_>) -> T) -> T {
+    let block = asterix::blocks(octets).next().expect("a block").expect("sound");
+    let record = block.records().next().expect("a record").expect("sound");
+    get(&record)
+}
+
+/// Who fills an unknown identification with zeros (six bits of them are "@", eight are NUL) or blanks says none: his address is what he
+/// is known by. What fills up a call sign behind is no part of it.
+#[test]
+fn an_identification_of_zeros_is_none_and_hides_no_address() {
+    let of_020 = |characters, address: u32| {
+        let octets = octets(&cat020::CATEGORY, characters, |items| {
+            items.put(&cat020::I010, &[7, 1])?;
+            items.put(&cat020::I140, &[36_000.0])?;
+            items.put(&cat020::I042, &[10.0, 20.0])?;
+            items.put(&cat020::I161, &[5])?;
+            items.put(&cat020::I220, &[address])?;
+            items.put(&cat020::I245, &[Mixed::Code(2), Mixed::Text(MARK)])
+        });
+        let identity = first(&octets, reading).expect("complete").expect("a plot").identity;
+        (identity, first(&octets, track).expect("a track too").label)
+    };
+    for nothing in [[0; 8], *b"        ", *b"\0\0\0\0    "] {
+        for address in [0x4b_1234, 0x89_6001] {
+            let expected = (Some(Identity::Address(address)), String::new());
+            assert_eq!(of_020(nothing, address), expected, "{nothing:?}");
+        }
+    }
+    for named in [*b"SWR99Z\0\0", *b"SWR99Z  "] {
+        let expected = (Some(Identity::Callsign(Callsign::new("SWR99Z"))), "SWR99Z".to_owned());
+        assert_eq!(of_020(named, 0x4b_1234), expected);
+    }
+    // The label of a system track is text of seven octets.
+    let nul = |items: &mut ItemWriter<'_>| {
+        items.put(&cat062::I010, &[7, 1])?;
+        items.put(&cat062::I070, &[36_000.0])?;
+        items.put(&cat062::I100, &[10.0, 20.0])?;
+        items.compound(&cat062::I380, |sub| sub.put(&cat062::I380_ADR, &[0x4b_1234]))?;
+        items.put(&cat062::I040, &[5])?;
+        items.compound(&cat062::I390, |sub| sub.put(&cat062::I390_CS, &["\0\0\0\0\0\0\0"]))
+    };
+    let octets = octets(&cat062::CATEGORY, [0; 8], nul);
+    let identity = first(&octets, reading).expect("complete").expect("a plot").identity;
+    assert_eq!(identity, Some(Identity::Address(0x4b_1234)));
+    assert_eq!(first(&octets, track).expect("a track").label, "");
+}
+
