@@ -136,7 +136,8 @@ fn covariance(record: &Record<'_>) -> Option<[f64; 3]> {
         }
         21 => {
             let category = record.get(&cat021::I090)?.value("NACP")?.number()?;
-            // 95 % radius of the navigation accuracy category (DO-260B); of two normal axes it is 2.45 deviations.
+            // 95 % radius of the navigation accuracy category (DO-260B); of two normal axes it is 2.45 deviations. Category 0 is not
+            // known: as of a record that states none.
             let radius_m = match category as u8 {
                 11 => 3.0,
                 10 => 10.0,
@@ -144,6 +145,11 @@ fn covariance(record: &Record<'_>) -> Option<[f64; 3]> {
                 8 => 92.6,
                 7 => 185.2,
                 6 => 555.6,
+                5 => 926.0,
+                4 => 1852.0,
+                3 => 3704.0,
+                2 => 7408.0,
+                1 => 18_520.0,
                 _ => return None,
             };
             let sigma_m: f64 = radius_m / 2.447_746_830_680_816;

@@ -1,9 +1,9 @@
 //! What is read of reports as somebody's sensors make them.
 
-use super::foreign_plot::reading;
+use super::foreign_plot::{Reading, reading};
 use crate::gateway::foreign::track;
 use crate::gateway::plots::Mixed;
-use asterix::{Category, EncodeError, ItemWriter, Packer, Record, cat020, cat062};
+use asterix::{Category, EncodeError, ItemWriter, Packer, Record, cat020, cat021, cat062};
 use models::plot::{Callsign, Identity};
 
 /// Where a call sign of these letters stands in a record, others can be written.
@@ -30,6 +30,14 @@ fn first<T>(octets: &[u8], get: impl FnOnce(&Record<'_>) -> T) -> T {
     let block = asterix::blocks(octets).next().expect("a block").expect("sound");
     let record = block.records().next().expect("a record").expect("sound");
     get(&record)
+}
+
+/// What is read of a record with these items.
+fn read(
+    category: &'static Category,
+    write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
+) -> Result<Option<Reading>, &'static str> {
+    first(&octets(category, [0; 8], write), reading)
 }
 
 /// Who fills an unknown identification with zeros (six bits of them are "@", eight are NUL) or blanks says none: his address is what he
@@ -71,5 +79,36 @@ fn an_identification_of_zeros_is_none_and_hides_no_address() {
     let identity = first(&octets, reading).expect("complete").expect("a plot").identity;
     assert_eq!(identity, Some(Identity::Address(0x4b_1234)));
     assert_eq!(first(&octets, track).expect("a track").label, "");
+}
+
+/// The accuracy that an ADS-B target says of itself is the error of its plots, down to the coarsest; what it does not know is no
+/// accuracy, for which the scene has one.
+#[test]
+fn every_accuracy_category_is_taken_at_its_word() {
+    let variance = |nac_p: u32| {
+        let read = read(&cat021::CATEGORY, |items| {
+            items.put(&cat021::I010, &[7, 1])?;
+            items.put(&cat021::I040, &[0, 0, 0, 0])?;
+            items.put(&cat021::I131, &[47.45, 8.56])?;
+            items.put(&cat021::I080, &[0x4b_1234])?;
+            items.put(&cat021::I073, &[36_000.0])?;
+            items.put(&cat021::I090, &[0, 0, 0, 0, nac_p])
+        });
+        read.expect("complete").expect("a plot").cov_m2
+    };
+    // 95 % within 10, 4, 2, 1, 0.5 and 0.3 nautical miles, 0.1, 0.05 (DO-260B), 30, 10 and 3 m.
+    let radii_m =
+        [18_520.0, 7408.0, 3704.0, 1852.0, 926.0, 555.6, 185.2, 92.6, 30.0, 10.0, 3.0_f64];
+    for (nac_p, radius_m) in (1..).zip(radii_m) {
+        let sigma_m = radius_m / (-2.0 * libm::log(0.05)).sqrt();
+        let [ee_m2, en_m2, nn_m2] = variance(nac_p).expect("an accuracy");
+        assert!((ee_m2.sqrt() / sigma_m - 1.0).abs() < 1e-6, "{nac_p}: {ee_m2}");
+        assert_eq!((en_m2, nn_m2), (0.0, ee_m2));
+        let said = crate::gateway::items::nac_p([ee_m2 * 0.99, 0.0, nn_m2 * 0.99]);
+        assert_eq!(u32::from(said), nac_p, "what goes out is what comes in");
+    }
+    for unknown in [0, 12, 13, 14, 15] {
+        assert_eq!(variance(unknown), None, "{unknown}");
+    }
 }
 
