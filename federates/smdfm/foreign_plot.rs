@@ -1,7 +1,7 @@
 //! What a record of category 010, 020, 021, 048 or 062 says of a plot.
 
 use asterix::table::Item;
-use asterix::{Record, Text, cat010, cat020, cat021, cat048, cat062};
+use asterix::{Record, Text, View, cat010, cat020, cat021, cat048, cat062};
 use models::plot::{Callsign, Identity};
 
 /// One foot, m; one nautical mile, m.
@@ -56,7 +56,7 @@ pub enum Height {
 /// The plot that a record reports; `None` for messages that are no reports of targets.
 ///
 /// # Errors
-/// What it lacks.
+/// What it lacks, or why it is no measurement.
 pub fn reading(record: &Record<'_>) -> Result<Option<Reading>, &'static str> {
     let first = |items: &[&'static Item]| items.iter().find_map(|item| record.number(item));
     let two = |item| record.numbers::<2>(item);
@@ -109,6 +109,9 @@ pub fn reading(record: &Record<'_>) -> Result<Option<Reading>, &'static str> {
         (None, Some(_)) => Place::Polar,
         (None, None) => return Err("a plot without a position"),
     };
+    if let Some(reason) = unmeasured(record) {
+        return Err(reason);
+    }
     Ok(Some(Reading {
         of_day_ns: (time.ok_or("a plot without a time")? * 1e9).round() as i64,
         place,
@@ -118,6 +121,35 @@ pub fn reading(record: &Record<'_>) -> Result<Option<Reading>, &'static str> {
         scnr_db: record.number(&cat010::I131).map(|twice| twice / 2.0),
         identity: identity(record),
     }))
+}
+
+/// Why a report of a target measured nothing: what was extrapolated, the farewell of a track (where it was last, or would be by now),
+/// targets of tests and monitors in the field. Simulated ones are targets.
+fn unmeasured(record: &Record<'_>) -> Option<&'static str> {
+    let get = |item: &'static Item| record.get(item);
+    let (descriptor, status, last) = match record.category.number {
+        10 => (get(&cat010::I020), get(&cat010::I170), "TRE"),
+        20 => (get(&cat020::I020), get(&cat020::I170), "TRE"),
+        21 => (get(&cat021::I040), None, ""),
+        48 => (get(&cat048::I020), None, ""),
+        62 => {
+            let measured = get(&cat062::I340).and_then(|view| view.sub(&cat062::I340_TYP));
+            (measured, get(&cat062::I080), "TSE")
+        }
+        _ => return None,
+    };
+    let code = |view: Option<View<'_>>, name: &str| view?.value(name)?.number();
+    let set = |view, name: &str| code(view, name).is_some_and(|number| number != 0.0);
+    let undetected = record.category.number == 48 && code(descriptor, "TYP") == Some(0.0);
+    [
+        (set(status, "CST"), "an extrapolated position"),
+        (set(status, last), "the last report of a track"),
+        (set(descriptor, "TST"), "a test target"),
+        (set(descriptor, "RAB"), "a field monitor"),
+        (undetected, "a report without a detection"),
+    ]
+    .into_iter()
+    .find_map(|(is, reason)| is.then_some(reason))
 }
 
 fn covariance(record: &Record<'_>) -> Option<[f64; 3]> {

@@ -3,7 +3,8 @@
 use super::foreign_plot::{Reading, reading};
 use crate::gateway::foreign::track;
 use crate::gateway::plots::Mixed;
-use asterix::{Category, EncodeError, ItemWriter, Packer, Record, cat020, cat021, cat062};
+use asterix::{Category, EncodeError, ItemWriter, Packer, Record};
+use asterix::{cat010, cat020, cat021, cat048, cat062};
 use models::plot::{Callsign, Identity};
 
 /// Where a call sign of these letters stands in a record, others can be written.
@@ -112,3 +113,123 @@ fn every_accuracy_category_is_taken_at_its_word() {
     }
 }
 
+type Items = fn(&mut ItemWriter<'_>) -> Result<(), EncodeError>;
+
+fn head_010(items: &mut ItemWriter<'_>) -> Result<(), EncodeError> {
+    items.put(&cat010::I010, &[7, 1])?;
+    items.put(&cat010::I000, &[1])
+}
+
+fn body_010(items: &mut ItemWriter<'_>) -> Result<(), EncodeError> {
+    items.put(&cat010::I140, &[36_000.0])?;
+    items.put(&cat010::I042, &[10.0, 20.0])
+}
+
+/// What was not measured is no plot: an extrapolation, the farewell of a track, a test target, a field monitor.
+#[test]
+fn what_is_no_measurement_is_refused_by_its_reason() {
+    let of_010: [(Items, _); 5] = [
+        (
+            |i| {
+                head_010(i)?;
+                i.put(&cat010::I020, &[3, 0, 0, 1, 0, 1, 0, 0, 0, 1])?;
+                body_010(i)?;
+                i.put(&cat010::I170, &[1, 0, 0, 0, 0, 0])
+            },
+            Ok(true), // simulated, not confirmed: a plot all the same
+        ),
+        (
+            |i| {
+                head_010(i)?;
+                body_010(i)?;
+                i.put(&cat010::I170, &[0, 0, 2, 0, 0, 0])
+            },
+            Err("an extrapolated position"),
+        ),
+        (
+            |i| {
+                head_010(i)?;
+                body_010(i)?;
+                i.put(&cat010::I170, &[0, 1, 0, 0, 0, 0])
+            },
+            Err("the last report of a track"),
+        ),
+        (
+            |i| {
+                head_010(i)?;
+                i.put(&cat010::I020, &[3, 0, 0, 1, 0, 0, 1, 0, 0, 1])?;
+                body_010(i)
+            },
+            Err("a test target"),
+        ),
+        (
+            |i| {
+                head_010(i)?;
+                i.put(&cat010::I020, &[3, 0, 0, 1, 0, 0, 0, 1, 0, 1])?;
+                body_010(i)
+            },
+            Err("a field monitor"),
+        ),
+    ];
+    let of = |read: Result<Option<Reading>, &'static str>| read.map(|reading| reading.is_some());
+    for (write, expected) in of_010 {
+        assert_eq!(of(read(&cat010::CATEGORY, write)), expected);
+    }
+    let of_020 = |descriptor: [u8; 7], status: [u8; 7]| {
+        of(read(&cat020::CATEGORY, |items| {
+            items.put(&cat020::I010, &[7, 1])?;
+            // The first seven bits are inverted.
+            let descriptor = [[1, 0, 1, 1, 1, 1, 1], descriptor].concat();
+            items.put(&cat020::I020, &descriptor)?;
+            items.put(&cat020::I140, &[36_000.0])?;
+            items.put(&cat020::I042, &[10.0, 20.0])?;
+            items.put(&cat020::I170, &status)
+        }))
+    };
+    let [none, first] = [[0; 7], [1, 0, 0, 0, 0, 0, 0]];
+    assert_eq!(of_020([0, 0, 0, 1, 0, 1, 0], first), Ok(true));
+    assert_eq!(of_020(first, none), Err("a field monitor"));
+    assert_eq!(of_020([0, 0, 0, 0, 0, 0, 1], none), Err("a test target"));
+    assert_eq!(of_020(none, [0, 0, 1, 0, 0, 0, 0]), Err("an extrapolated position"));
+    assert_eq!(of_020(none, [0, 1, 0, 0, 0, 0, 0]), Err("the last report of a track"));
+    let of_021 = |rab: u8, test: u8| {
+        of(read(&cat021::CATEGORY, |items| {
+            items.put(&cat021::I010, &[7, 1])?;
+            items.put(&cat021::I040, &[0, 0, 0, rab, 0, 0, 1, test, 0, 0])?;
+            items.put(&cat021::I131, &[47.45, 8.56])?;
+            items.put(&cat021::I080, &[0x4b_1234])?;
+            items.put(&cat021::I073, &[36_000.0])
+        }))
+    };
+    assert_eq!(of_021(0, 0), Ok(true));
+    assert_eq!(of_021(1, 0), Err("a field monitor"));
+    assert_eq!(of_021(0, 1), Err("a test target"));
+    let of_048 = |descriptor: &[u8]| {
+        of(read(&cat048::CATEGORY, |items| {
+            items.put(&cat048::I010, &[7, 1])?;
+            items.put(&cat048::I140, &[36_000.0])?;
+            items.put(&cat048::I020, descriptor)?;
+            items.put(&cat048::I040, &[2.0, 90.0])
+        }))
+    };
+    assert_eq!(of_048(&[1, 1, 0, 0, 0]), Ok(true));
+    assert_eq!(of_048(&[0, 0, 0, 0, 0]), Err("a report without a detection"));
+    assert_eq!(of_048(&[5, 0, 0, 0, 1]), Err("a field monitor"));
+    assert_eq!(of_048(&[5, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0]), Err("a test target"));
+    let of_062 = |name: &str| {
+        let mut status = [0; cat062::I080.fields()];
+        if !name.is_empty() {
+            status[cat062::I080.field(name)] = 1;
+        }
+        of(read(&cat062::CATEGORY, |items| {
+            items.put(&cat062::I010, &[7, 1])?;
+            items.put(&cat062::I070, &[36_000.0])?;
+            items.put(&cat062::I100, &[10.0, 20.0])?;
+            items.put(&cat062::I040, &[5])?;
+            items.put(&cat062::I080, &status)
+        }))
+    };
+    assert_eq!(["", "SIM", "CNF", "TSB"].map(of_062), [Ok(true); 4]);
+    assert_eq!(of_062("CST"), Err("an extrapolated position"));
+    assert_eq!(of_062("TSE"), Err("the last report of a track"));
+}
