@@ -47,6 +47,8 @@ pub const SMDFM_SIC: u8 = 200;
 pub const CONTROL_SIC: u8 = 201;
 /// Largest number of a sensor that is its SIC as well.
 pub const MOST_SENSORS: u16 = 199;
+/// Why plots of the others are not written.
+const NO_SIC: &str = "sensor number above 199 has no SIC";
 /// Categories that a run can be sent in.
 pub const CATEGORIES: [u8; 9] = [4, 10, 11, 19, 20, 21, 62, 65, 247];
 
@@ -355,6 +357,9 @@ impl Gateway {
                 }
             }
             for plot in plots {
+                if plot.sensor > MOST_SENSORS {
+                    *out.refused.entry(NO_SIC.to_owned()).or_default() += 1;
+                }
                 let source = self.sources.iter().find(|s| u16::from(s.sic) == plot.sensor);
                 if let Some(source) = source
                     && self.choice.has(source.category(&self.choice))

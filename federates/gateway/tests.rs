@@ -168,6 +168,24 @@ fn a_scan_that_comes_again_is_not_sent_again() {
     assert_eq!(gateway.scans_lost(), 0);
 }
 
+/// A sensor whose number is no SIC, for those above are the run's own: its plots are counted, not lost without a word.
+#[test]
+fn plots_of_a_sensor_without_a_sic_are_counted() {
+    let mut scene = scene();
+    let radar = scene.sensors.iter().position(|s| s.kind == SensorKind::Asde).expect("a radar");
+    scene.sensors.push(scene.sensors[radar].clone());
+    let last = scene.sensors.len() - 1;
+    for (number, refused) in [(MOST_SENSORS, 0), (MOST_SENSORS + 1, 2), (300, 2)] {
+        scene.sensors[last].id.0 = number;
+        let mut gateway = Gateway::new(&scene, Choice::default());
+        let plots = vec![plot(number, 250_000_000), plot(number, 500_000_000)];
+        let sent = gateway.on_scan(&report(1, vec![], plots));
+        let said = read(&sent, |r| r.number(&asterix::cat010::I131)).len() as u64;
+        let counted = gateway.refused().get("sensor number above 199 has no SIC");
+        assert_eq!((said, counted.copied().unwrap_or(0)), (2 - refused, refused), "{number}");
+    }
+}
+
 #[test]
 fn only_what_is_chosen_goes_out() {
     let number = |r: &Record<'_>| Some(r.category.number);
