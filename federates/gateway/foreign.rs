@@ -3,6 +3,9 @@
 use asterix::table::Item;
 use asterix::{Record, Value, View, cat010, cat011, cat020, cat021, cat062};
 
+/// Nautical mile, m.
+const NM_M: f64 = 1852.0;
+
 /// One report of a track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForeignTrack {
@@ -61,6 +64,8 @@ struct Rows {
     local: Option<&'static Item>,
     polar: Option<&'static Item>,
     velocity: Option<&'static Item>,
+    /// The same by speed, NM/s, and angle.
+    polar_velocity: Option<&'static Item>,
     status: Option<&'static Item>,
     last: &'static str,
 }
@@ -75,6 +80,7 @@ static ROWS: &[(u8, Rows)] = &[
             local: Some(&cat010::I042),
             polar: Some(&cat010::I040),
             velocity: Some(&cat010::I202),
+            polar_velocity: Some(&cat010::I200),
             status: Some(&cat010::I170),
             last: "TRE",
         },
@@ -88,6 +94,7 @@ static ROWS: &[(u8, Rows)] = &[
             local: Some(&cat011::I042),
             polar: None,
             velocity: Some(&cat011::I202),
+            polar_velocity: None,
             status: Some(&cat011::I170),
             last: "TSE",
         },
@@ -101,6 +108,7 @@ static ROWS: &[(u8, Rows)] = &[
             local: Some(&cat020::I042),
             polar: None,
             velocity: Some(&cat020::I202),
+            polar_velocity: None,
             status: Some(&cat020::I170),
             last: "TRE",
         },
@@ -114,6 +122,7 @@ static ROWS: &[(u8, Rows)] = &[
             local: None,
             polar: None,
             velocity: None,
+            polar_velocity: None,
             status: None,
             last: "",
         },
@@ -127,6 +136,7 @@ static ROWS: &[(u8, Rows)] = &[
             local: Some(&cat062::I100),
             polar: None,
             velocity: Some(&cat062::I185),
+            polar_velocity: None,
             status: Some(&cat062::I080),
             last: "TSE",
         },
@@ -157,7 +167,10 @@ pub fn track(record: &Record<'_>) -> Option<ForeignTrack> {
             None => local().or_else(polar)?,
         },
         velocity_mps: match rows.velocity {
-            Some(item) => record.numbers(item),
+            Some(item) => record.numbers(item).or_else(|| {
+                let [nm_per_s, degrees] = record.numbers(rows.polar_velocity?)?;
+                Some(east_north(nm_per_s * NM_M, degrees))
+            }),
             None => ground_vector(record),
         },
         label: label(record),
@@ -169,7 +182,7 @@ pub fn track(record: &Record<'_>) -> Option<ForeignTrack> {
 
 /// Surface or airborne ground vector of category 021, m/s.
 fn ground_vector(record: &Record<'_>) -> Option<[f64; 2]> {
-    const KNOT_MPS: f64 = 1852.0 / 3600.0;
+    const KNOT_MPS: f64 = NM_M / 3600.0;
     let surface = || {
         let field = record.get(&cat021::RE)?;
         let vector = field.sub(&cat021::RE_SGV)?;
@@ -178,11 +191,16 @@ fn ground_vector(record: &Record<'_>) -> Option<[f64; 2]> {
     };
     let airborne = || {
         let [_, nm_per_s, degrees] = record.numbers(&cat021::I160)?;
-        Some([nm_per_s * 1852.0, degrees])
+        Some([nm_per_s * NM_M, degrees])
     };
     let [speed_mps, degrees] = surface().or_else(airborne)?;
+    Some(east_north(speed_mps, degrees))
+}
+
+/// Parts of a speed on an angle from north.
+fn east_north(speed_mps: f64, degrees: f64) -> [f64; 2] {
     let (sin, cos) = libm::sincos(degrees.to_radians());
-    Some([speed_mps * sin, speed_mps * cos])
+    [speed_mps * sin, speed_mps * cos]
 }
 
 fn label(record: &Record<'_>) -> String {
@@ -243,10 +261,51 @@ mod tests {
             packer.take().concat().iter().map(|o| format!("{o:02x}")).collect();
         let polar = read(&digits.concat()).expect("a track");
         assert_eq!((polar.number, polar.place), (5, ForeignPlace::Polar([1000.0, 90.0])));
+        assert_eq!(polar.velocity_mps, None);
         assert_eq!(
             read("0a001ff70109a0000701618046504005dc60000425fbdb4d41440a0cfffbb4"),
             None,
             "a plot"
         );
+    }
+
+    /// Radars of surface movement say a velocity by its parts, by speed and angle, or both ways.
+    #[test]
+    fn a_velocity_by_speed_and_angle_is_as_good_as_one_by_its_parts() {
+        let velocity = |parts: Option<[f64; 2]>, polar: Option<[f64; 2]>| {
+            let mut packer = asterix::Packer::new(1400);
+            let written = packer.record(&cat010::CATEGORY, |items| {
+                items.put(&cat010::I010, &[0, 9])?;
+                items.put(&cat010::I000, &[1])?;
+                items.put(&cat010::I140, &[32_400.0])?;
+                items.put(&cat010::I042, &[10.0, 20.0])?;
+                if let Some(polar) = polar {
+                    items.put(&cat010::I200, &polar)?;
+                }
+                if let Some(parts) = parts {
+                    items.put(&cat010::I202, &parts)?;
+                }
+                items.put(&cat010::I161, &[5])
+            });
+            written.expect("it fits");
+            let octets = packer.take().concat();
+            let block = asterix::blocks(&octets).next().expect("a block").expect("sound");
+            track(&block.records().next().expect("a record").expect("sound"))?.velocity_mps
+        };
+        assert_eq!(
+            (velocity(None, None), velocity(Some([3.0, -4.0]), None)),
+            (None, Some([3.0, -4.0]))
+        );
+        for degrees in [0.0, 30.0, 143.0, 270.0_f64] {
+            for speed_mps in [0.0, 7.5, 80.0] {
+                let (sin, cos) = libm::sincos(degrees.to_radians());
+                let [east, north] =
+                    velocity(None, Some([speed_mps / 1852.0, degrees])).expect("a velocity");
+                let off_mps = libm::hypot(east - speed_mps * sin, north - speed_mps * cos);
+                // Half a step of the speed, 0.057 m/s, and of the angle.
+                assert!(off_mps < 0.06 + 5e-5 * speed_mps, "{speed_mps} at {degrees}: {off_mps}");
+            }
+        }
+        assert_eq!(velocity(Some([3.0, -4.0]), Some([0.1, 90.0])), Some([3.0, -4.0]));
     }
 }
