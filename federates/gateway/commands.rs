@@ -102,9 +102,9 @@ impl std::fmt::Debug for Rights {
     }
 }
 
-const NAMES: [&str; 11] = [
+const NAMES: [&str; 12] = [
     "freeze", "start", "resume", "stop", "restart", "step", "rate", "status", "move", "give",
-    "release",
+    "release", "without",
 ];
 /// Frames of the longest step.
 const LONGEST_STEP: u64 = 1_000_000;
@@ -267,6 +267,7 @@ mod tests {
             ),
             (r#"{"command":"move","name":"external-world"}"#, Err("whose process takes it")),
             (r#"{"command":"freez"}"#, Err("nearest is freeze")),
+            (r#"{"command":"witout"}"#, Err("nearest is without")),
             (r#"{"command":"step","n":0}"#, Err("1 to 1000000")),
             (r#"{"command":"rate","rate":-1}"#, Err("0.001 to 1000")),
             (r#"{"command":"stop","x":1}"#, Err("unknown field")),

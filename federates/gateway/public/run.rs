@@ -199,13 +199,13 @@ public! {
 public! {
     /// What a client asks of the run; "resume" is another name of "start".
     CommandAsked {
-        /// freeze, start, resume, stop, restart, step, rate, status, move, give or release.
+        /// freeze, start, resume, stop, restart, step, rate, status, move, without, give or release.
         command: String,
         /// Frames of a step.
         n: Option<u64>,
         /// Simulated seconds per wall second; absent in rate: as fast as possible.
         rate: Option<f64>,
-        /// move: whose place is given to another process.
+        /// move: whose place is given to another process; without: which lost federate the run goes on without.
         name: Option<String>,
         /// move: whose process takes it.
         to: Option<String>,
