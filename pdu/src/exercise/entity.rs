@@ -18,7 +18,8 @@ pub struct Entity {
     silence_s: f64,
     /// Exercise time from which on it is gone.
     left_ns: Option<i64>,
-    pub(super) transponder: Option<Transponder>,
+    /// What its transponder said last, and when.
+    pub(super) transponder: Option<(Transponder, Arrival)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -93,13 +94,13 @@ impl Entity {
     /// What its transponder says, while it is on.
     #[must_use]
     pub fn transponder(&self) -> Option<&Transponder> {
-        self.transponder.as_ref().filter(|transponder| transponder.on)
+        self.transponder.as_ref().map(|(said, _)| said).filter(|said| said.on)
     }
 
     /// Whether it may be asked: it has not said that its transponder is off.
     #[must_use]
     pub fn answers(&self) -> bool {
-        self.transponder.is_none_or(|transponder| transponder.on)
+        self.transponder.is_none_or(|(said, _)| said.on)
     }
 
     /// Arrival of its last PDU.
@@ -140,14 +141,17 @@ impl Entity {
         self.silence_s = limits.silence_s;
         self.heard = *arrival;
         let appearance = AirAppearance(state.appearance);
+        // Who used the identifier before it was left is somebody else. A state from before it left was overtaken on its way.
+        if self.left_ns.is_some_and(|left| valid.time_ns > left) && !appearance.deactivated() {
+            self.left_ns = None;
+            self.states.clear();
+            self.transponder = None;
+        }
+        self.hear_transponder(arrival, appearance.frozen(), limits);
         let newest = self.states.last().is_none_or(|last| last.valid.time_ns <= valid.time_ns);
         if appearance.deactivated() {
             self.leave(valid.time_ns);
             return;
-        }
-        // A state from before it left was overtaken on its way.
-        if self.left_ns.is_some_and(|left| valid.time_ns > left) {
-            self.left_ns = None;
         }
         if newest {
             self.last = without_parameters(state);
@@ -166,6 +170,20 @@ impl Entity {
         }
     }
 
+    /// Forgets a transponder that does not say any more that it is on, by both clocks of the receiver; a sender whose time stands says
+    /// nothing of its transponders.
+    pub(super) fn hear_transponder(&mut self, arrival: &Arrival, frozen: bool, limits: &Limits) {
+        let Some((said, at)) = &mut self.transponder else { return };
+        if frozen {
+            *at = *arrival;
+        }
+        let ages_ns = [(arrival.time_ns, at.time_ns), (arrival.utc_ns, at.utc_ns)];
+        let silence_ns = (limits.transponder_silence_s() * 1e9) as i64;
+        if said.on && ages_ns.iter().all(|(now, then)| now.saturating_sub(*then) > silence_ns) {
+            self.transponder = None;
+        }
+    }
+
     /// The last Entity State with what an update says.
     #[must_use]
     pub fn updated(&self, update: &EntityStateUpdate<'_>) -> EntityState<'static> {
@@ -181,6 +199,11 @@ impl Entity {
     #[cfg(test)]
     pub(super) fn states(&self) -> usize {
         self.states.len()
+    }
+
+    /// Whether it has not said that it leaves.
+    pub(super) fn is_here(&self) -> bool {
+        self.left_ns.is_none()
     }
 
     pub(super) fn leave(&mut self, time_ns: i64) {

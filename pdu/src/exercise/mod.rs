@@ -77,6 +77,14 @@ pub struct Limits {
     pub silence_s: f64,
 }
 
+impl Limits {
+    /// A transponder that is silent so long is not heard any more, s: 2.4 of its heartbeats, which are twice as long as those of
+    /// entities (10 s and 5 s, IEEE 1278.1-2012, annex B).
+    fn transponder_silence_s(&self) -> f64 {
+        2.0 * self.silence_s
+    }
+}
+
 impl Default for Limits {
     /// 4096 entities of 64 states; 12 s are 2.4 heartbeats of 5 s (IEEE 1278.1-2012, annex B).
     fn default() -> Self {
@@ -150,8 +158,8 @@ pub struct Exercise {
     limits: Limits,
     senders: BTreeMap<(u16, u16), SenderClock>,
     entities: BTreeMap<EntityId, Entity>,
-    /// Of entities that were not stated yet.
-    transponders: BTreeMap<EntityId, Transponder>,
+    /// Of entities that were not stated yet, or not since they left.
+    transponders: BTreeMap<EntityId, (Transponder, Arrival)>,
 }
 
 impl Exercise {
@@ -204,10 +212,11 @@ impl Exercise {
                 let Some(transponder) = Transponder::of(iff) else {
                     return Err(Refusal::Indifferent);
                 };
-                if let Some(entity) = self.entities.get_mut(&id) {
-                    entity.transponder = Some(transponder);
+                let there = self.entities.get_mut(&id).filter(|e| !e.has_left(arrival.time_ns));
+                if let Some(entity) = there {
+                    entity.transponder = Some((transponder, *arrival));
                 } else if self.transponders.len() < self.limits.entities {
-                    self.transponders.insert(id, transponder);
+                    self.transponders.insert(id, (transponder, *arrival));
                 } else {
                     return Err(Refusal::TooMany);
                 }
@@ -238,12 +247,14 @@ impl Exercise {
         if new && leaves {
             return Ok(Change::Left(id));
         }
-        let waiting = if new { self.transponders.remove(&id) } else { None };
         let entity = self.entities.entry(id).or_insert_with(|| Entity::new(state, arrival));
-        if let Some(transponder) = waiting {
-            entity.transponder = Some(transponder);
-        }
         entity.stated(arrival, valid, state, &self.limits);
+        if entity.is_here()
+            && let Some(waiting) = self.transponders.remove(&id)
+        {
+            entity.transponder = Some(waiting);
+            entity.hear_transponder(arrival, false, &self.limits);
+        }
         Ok(if leaves {
             Change::Left(id)
         } else if new {

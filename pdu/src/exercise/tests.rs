@@ -266,6 +266,90 @@ fn a_transponder_belongs_to_its_entity_whichever_came_first() {
     assert_eq!((entity.transponder(), entity.answers()), (None, false));
 }
 
+/// An identifier that another entity uses after it was left is not who had it before: neither transponder nor place of that one are his.
+#[test]
+fn who_takes_over_an_identifier_takes_over_nothing_else() {
+    let at = |s: i64| START_NS + s * SECOND;
+    let stamp = |s: i64| DisTime::absolute(at(s) as u64);
+    let now = |s: i64| Arrival::in_real_time(at(s));
+    let said = |callsign: &str| Transponder {
+        on: true,
+        address: Some(0x4b_1812),
+        identification: Some(Transponder::identification_of(callsign)),
+        ..Transponder::default()
+    };
+    let gone = AirAppearance(0).with_deactivated(true).0;
+    let other = EntityState {
+        marking: Marking::new("TRUCK1").expect("short"),
+        entity_type: EntityType::new(1, 1, 225, 81, 0, 0, 0),
+        ..moving(500.0, 0.0, 0)
+    };
+    let remove = RemoveEntity { receiving_id: ID, ..RemoveEntity::default() };
+    for removed in [false, true] {
+        let mut exercise = Exercise::new(1);
+        exercise.feed(&now(0), &datagram(stamp(0), &moving(0.0, 20.0, 0)));
+        exercise.feed(&now(0), &datagram(stamp(0), &said("SWR8X").iff(ID)));
+        let leave = match removed {
+            true => datagram(stamp(2), &remove),
+            false => datagram(stamp(2), &moving(40.0, 20.0, gone)),
+        };
+        exercise.feed(&now(2), &leave);
+        // Within the same scan, so nobody has forgotten the first.
+        exercise.feed(&now(4), &datagram(stamp(4), &other));
+        let entity = exercise.entity(ID).expect("known");
+        assert_eq!((entity.transponder(), entity.marking()), (None, "TRUCK1".to_owned()));
+        assert_eq!(x_at(&exercise, at(3)), None, "between the two nobody was there");
+        assert_eq!(x_at(&exercise, at(4)), Some(500.0));
+        // Its own transponder is its own, also where it spoke before the first state.
+        exercise.feed(&now(5), &leave_at(5));
+        exercise.feed(&now(6), &datagram(stamp(6), &said("GUEST2").iff(ID)));
+        exercise.feed(&now(6), &datagram(stamp(6), &moving(0.0, 0.0, 0)));
+        let entity = exercise.entity(ID).expect("known");
+        assert_eq!(entity.transponder(), Some(&said("GUEST2")));
+    }
+
+    fn leave_at(s: i64) -> Vec<u8> {
+        let gone = AirAppearance(0).with_deactivated(true).0;
+        datagram(DisTime::absolute((START_NS + s * SECOND) as u64), &moving(500.0, 0.0, gone))
+    }
+}
+
+/// A transponder whose IFF stops is not heard any more after 2.4 of its heartbeats of ten seconds; one of a sender whose time stands is, and
+/// one that was switched off stays off. At another rate than ours both clocks have to say so.
+#[test]
+fn a_transponder_that_falls_silent_is_forgotten() {
+    let on = Transponder { on: true, address: Some(0x4b_1812), ..Transponder::default() };
+    let frozen = AirAppearance(0).with_frozen(true).0;
+    // (transponder, rate, appearance while it is silent) → (there after 20 s, after 30 s of the wall clock)
+    for (transponder, rate, appearance, expected) in [
+        (on, 1.0, 0, [true, false]),
+        (on, 1.0, frozen, [true, true]),
+        (on, 4.0, 0, [true, false]),
+        (on, 0.25, 0, [true, true]),
+        (Transponder { on: false, ..on }, 1.0, 0, [false, false]),
+    ] {
+        let mut exercise = Exercise::new(1);
+        let now = |wall_s: i64| Arrival {
+            time_ns: START_NS + (wall_s as f64 * rate * 1e9) as i64,
+            utc_ns: START_NS + wall_s * SECOND,
+            rate,
+        };
+        let stamp = |wall_s: i64| DisTime::absolute((START_NS + wall_s * SECOND) as u64);
+        exercise.feed(&now(0), &datagram(stamp(0), &moving(0.0, 0.0, 0)));
+        exercise.feed(&now(0), &datagram(stamp(0), &transponder.iff(ID)));
+        let mut there = Vec::new();
+        for wall_s in 1..=30 {
+            exercise.feed(&now(wall_s), &datagram(stamp(wall_s), &moving(0.0, 0.0, appearance)));
+            let entity = exercise.entity(ID).expect("known");
+            assert_eq!(entity.answers(), transponder.on, "{wall_s} s");
+            if wall_s == 20 || wall_s == 30 {
+                there.push(entity.transponder().is_some());
+            }
+        }
+        assert_eq!(there, expected, "{transponder:?}, rate {rate}, appearance {appearance}");
+    }
+}
+
 #[test]
 fn a_flood_finds_its_bound() {
     let mut exercise = Exercise::new(1);
