@@ -97,25 +97,37 @@ pub fn run(args: &AsterixToolArgs) -> ExitCode {
         | Command::Cut { input, .. }
         | Command::Convert { input, .. } => input,
     };
-    if let Command::Cut { from, to: Some(to), .. } = &args.command
-        && from > to
-    {
-        return fail(BAD_INPUT, "--from is after --to: nothing lies between them");
+    if let Command::Cut { from, to, .. } = &args.command {
+        if to.is_some_and(|to| *from > to) {
+            return fail(BAD_INPUT, "--from is after --to: nothing lies between them");
+        }
     }
     let pieces = match read(&input.file, input.port) {
         Ok(pieces) => pieces,
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
     };
+    let name = input.file.display();
+    let nothing = || format!("{name}: no record was found: this is not ASTERIX");
+    let found = |whole: bool| holds_something(&pieces).then_some(whole).with_context(nothing);
+    // What is left out of a copy is said beside it, and the copy is there all the same.
+    let copied = |lost: Vec<String>| {
+        let problems: Vec<&String> = pieces.problems.iter().chain(&lost).collect();
+        problems.iter().for_each(|problem| left_out(&input.file, problem));
+        problems.is_empty()
+    };
     let done = match &args.command {
-        Command::Stat { json, .. } => stat(&pieces, *json).then_some(true).with_context(|| {
-            format!("{}: no record was found: this is not ASTERIX", input.file.display())
-        }),
-        Command::Dump { .. } => Ok(dump(&pieces)),
-        Command::Check { json, .. } => Ok(check(&pieces, *json)),
-        Command::Cut { out, from, to, category, .. } => {
-            cut(&pieces, *from, *to, category).and_then(|cut| write(&cut, out)).map(|()| true)
+        Command::Stat { json, .. } => {
+            stat(&pieces, *json);
+            found(true)
         }
-        Command::Convert { out, .. } => write(&pieces.pieces, out).map(|()| true),
+        Command::Dump { .. } => found(dump(&pieces)),
+        Command::Check { json, .. } => found(check(&pieces, *json)),
+        Command::Cut { out, from, to, category, .. } => found(true)
+            .and_then(|_| cut(&pieces, *from, *to, category))
+            .and_then(|(cut, lost)| write(&cut, out).map(|()| copied(lost))),
+        Command::Convert { out, .. } => {
+            found(true).and_then(|_| write(&pieces.pieces, out)).map(|()| copied(Vec::new()))
+        }
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,
@@ -124,14 +136,31 @@ pub fn run(args: &AsterixToolArgs) -> ExitCode {
     }
 }
 
+#[expect(clippy::print_stderr, reason = "a word to the person at the terminal")]
+fn left_out(file: &Path, problem: &str) {
+    eprintln!("{}: left out: {problem}", file.display());
+}
+
 #[derive(Default)]
 struct Count {
     records: u64,
     items: BTreeMap<&'static str, u64>,
 }
 
-/// Whether there was anything: a sound record, or whole blocks of categories that are not known here and nothing else.
-fn stat(pieces: &Pieces, as_json: bool) -> bool {
+/// Whether there is anything: a sound record, or whole blocks of categories that are not known here and nothing else.
+fn holds_something(pieces: &Pieces) -> bool {
+    let (mut unknown, mut damaged) = (false, !pieces.problems.is_empty());
+    for block in pieces.pieces.iter().flat_map(|piece| sound(&piece.octets)) {
+        match block {
+            Ok(block) if block.records().flatten().next().is_some() => return true,
+            Ok(block) => unknown |= block.category.is_none(),
+            Err(_) => damaged = true,
+        }
+    }
+    unknown && !damaged
+}
+
+fn stat(pieces: &Pieces, as_json: bool) {
     let mut counts: BTreeMap<(u8, u8, u8), Count> = BTreeMap::new();
     let (mut unknown, mut damaged, mut octets) = (BTreeMap::<u8, u64>::new(), 0u64, 0usize);
     for piece in &pieces.pieces {
@@ -155,8 +184,6 @@ fn stat(pieces: &Pieces, as_json: bool) -> bool {
         }
     }
     let records: u64 = counts.values().map(|c| c.records).sum();
-    let whole = damaged == 0 && pieces.problems.is_empty();
-    let something = records > 0 || (whole && !unknown.is_empty());
     if as_json {
         let rows: Vec<Value> = counts
             .iter()
@@ -172,7 +199,7 @@ fn stat(pieces: &Pieces, as_json: bool) -> bool {
             "unknown_categories": unknown, "sources": rows,
         });
         out!("{line}");
-        return something;
+        return;
     }
     out!(
         "{}: {} datagrams, {octets} octets, {records} records, {damaged} damaged, {} not ASTERIX",
@@ -191,7 +218,6 @@ fn stat(pieces: &Pieces, as_json: bool) -> bool {
     for problem in &pieces.problems {
         out!("{problem}");
     }
-    something
 }
 
 /// Whether nothing was damaged.
@@ -288,12 +314,14 @@ fn seconds(piece: &Piece) -> Option<f64> {
     })
 }
 
+/// What lies in the cut, and what of it is damaged and left out where blocks are chosen.
 fn cut(
     pieces: &Pieces,
     from_s: f64,
     to_s: Option<f64>,
     categories: &[u8],
-) -> anyhow::Result<Vec<Piece>> {
+) -> anyhow::Result<(Vec<Piece>, Vec<String>)> {
+    let mut lost = Vec::new();
     let mut times = asterix::time::Unwrap::default();
     let mut first = None;
     let mut last_s = 0.0;
@@ -309,9 +337,16 @@ fn cut(
         }
         let mut own = piece.clone();
         if !categories.is_empty() {
-            let blocks = sound(&piece.octets).filter_map(Result::ok);
-            let wanted = blocks.filter(|b| categories.contains(&b.number));
-            own.octets = wanted.flat_map(|b| b.octets().iter().copied()).collect();
+            own.octets.clear();
+            for block in sound(&piece.octets) {
+                match block {
+                    Ok(block) if categories.contains(&block.number) => {
+                        own.octets.extend_from_slice(block.octets());
+                    }
+                    Ok(_) => {}
+                    Err(e) => lost.push(format!("octet {}: {e}", piece.offset + e.offset as u64)),
+                }
+            }
         }
         if !own.octets.is_empty() {
             kept.push(own);
@@ -320,7 +355,7 @@ fn cut(
     if kept.is_empty() {
         bail!("nothing of the recording is within the cut");
     }
-    Ok(kept)
+    Ok((kept, lost))
 }
 
 /// Writes datagrams in the form that a name says.
@@ -348,4 +383,121 @@ fn write(pieces: &[Piece], path: &Path) -> anyhow::Result<()> {
     let mut file = FileWriter::new(form);
     stamped.try_for_each(|(ns, piece)| file.add(ns, &piece.octets))?;
     save(path, file.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asterix::{Packer, cat010};
+
+    /// A folder of its own with recordings: whole, damaged in the middle, and none of ASTERIX.
+    struct Recordings(PathBuf);
+
+    impl Recordings {
+        fn new(name: &str) -> Self {
+            let folder = std::env::temp_dir().join(format!("seeds-{name}-{}", std::process::id()));
+            std::fs::create_dir_all(&folder).expect("a folder");
+            let made = Self(folder);
+            let blocks: Vec<Vec<u8>> = (0..12).map(|n| plots(f64::from(n))).collect();
+            made.write("whole.ast", &blocks.concat());
+            let mut damaged = blocks.clone();
+            // A length that no block has.
+            damaged[4][1..3].copy_from_slice(&[0, 1]);
+            made.write("damaged.ast", &damaged.concat());
+            made.write("text.ast", b"hello, this is a text and no recording of anything\n");
+            made.capture("whole.pcapng", &blocks);
+            damaged[4][3] = 0;
+            made.capture("damaged.pcapng", &[damaged[..6].concat(), damaged[6..].concat()]);
+            // Two PDUs of DIS: version 7, and what begins as none of ours.
+            made.capture("dis.pcapng", &[vec![7; 144], vec![7; 144]]);
+            made
+        }
+
+        fn file(&self, name: &str) -> PathBuf {
+            self.0.join(name)
+        }
+
+        fn write(&self, name: &str, octets: &[u8]) {
+            std::fs::write(self.file(name), octets).expect("written");
+        }
+
+        fn capture(&self, name: &str, datagrams: &[Vec<u8>]) {
+            let mut recorder = Recorder::create(self.file(name)).expect("created");
+            let from = SocketAddr::from(([127, 0, 0, 1], 8600));
+            for (octets, n) in datagrams.iter().zip(0..) {
+                recorder.record(n * 1_000_000_000, from, from, octets).expect("recorded");
+            }
+            recorder.close(0).expect("closed");
+        }
+
+        fn input(&self, name: &str) -> Input {
+            Input { file: self.file(name), port: None }
+        }
+
+        fn done(&self, command: Command) -> ExitCode {
+            run(&AsterixToolArgs { command })
+        }
+
+        fn cut(&self, name: &str, from: f64, to: Option<f64>, category: &[u8]) -> ExitCode {
+            let (input, out) = (self.input(name), self.file("out.ff"));
+            self.done(Command::Cut { input, out, from, to, category: category.to_vec() })
+        }
+
+        /// Exit codes of stat, dump, check, cut and convert.
+        fn all(&self, name: &str) -> [ExitCode; 5] {
+            let out = self.file("out.ff");
+            [
+                self.done(Command::Stat { input: self.input(name), json: false }),
+                self.done(Command::Dump { input: self.input(name), json: false }),
+                self.done(Command::Check { input: self.input(name), json: true }),
+                self.cut(name, 0.0, None, &[10]),
+                self.done(Command::Convert { input: self.input(name), out }),
+            ]
+        }
+    }
+
+    impl Drop for Recordings {
+        fn drop(&mut self) {
+            std::fs::remove_dir_all(&self.0).ok();
+        }
+    }
+
+    /// A block of ten plots at a second of the day.
+    fn plots(at_s: f64) -> Vec<u8> {
+        let mut packer = Packer::new(1400);
+        for n in 0..10 {
+            let record = packer.record(&cat010::CATEGORY, |items| {
+                items.put(&cat010::I010, &[0, 1])?;
+                items.put(&cat010::I000, &[1])?;
+                items.put(&cat010::I020, &[3, 0, 0, 1, 0])?;
+                items.put(&cat010::I140, &[at_s])?;
+                items.put(&cat010::I042, &[f64::from(n), 20.0])
+            });
+            record.expect("fits");
+        }
+        packer.take().concat()
+    }
+
+    #[test]
+    fn no_verb_passes_over_damage_or_takes_a_stranger_for_asterix() {
+        let recordings = Recordings::new("verbs");
+        let [good, failed] = [ExitCode::SUCCESS, ExitCode::from(FAILED)];
+        for whole in ["whole.ast", "whole.pcapng"] {
+            assert_eq!(recordings.all(whole), [good; 5], "{whole}");
+        }
+        for damaged in ["damaged.ast", "damaged.pcapng"] {
+            let [stat, rest @ ..] = recordings.all(damaged);
+            assert_eq!(stat, good, "{damaged}: it counts the damage");
+            // A conversion of datagrams as they are loses nothing of them.
+            let kept = damaged.ends_with("pcapng");
+            let expected = [failed, failed, failed, if kept { good } else { failed }];
+            assert_eq!(rest, expected, "{damaged}");
+        }
+        recordings.write("out.ff", b"what was there");
+        for stranger in ["text.ast", "dis.pcapng"] {
+            assert_eq!(recordings.all(stranger), [failed; 5], "{stranger}");
+        }
+        let kept = std::fs::read(recordings.file("out.ff")).expect("there");
+        assert_eq!(kept, b"what was there", "nothing is written over for nothing");
+    }
 }
