@@ -98,6 +98,9 @@ pub fn run(args: &AsterixToolArgs) -> ExitCode {
         | Command::Convert { input, .. } => input,
     };
     if let Command::Cut { from, to, .. } = &args.command {
+        if !from.is_finite() || to.is_some_and(|to| !to.is_finite()) {
+            return fail(BAD_INPUT, "--from and --to are finite numbers of seconds");
+        }
         if to.is_some_and(|to| *from > to) {
             return fail(BAD_INPUT, "--from is after --to: nothing lies between them");
         }
@@ -499,5 +502,22 @@ mod tests {
         }
         let kept = std::fs::read(recordings.file("out.ff")).expect("there");
         assert_eq!(kept, b"what was there", "nothing is written over for nothing");
+    }
+
+    #[test]
+    fn a_cut_lies_between_two_times() {
+        let recordings = Recordings::new("times");
+        for (from, to) in [(f64::NAN, None), (0.0, Some(f64::NAN)), (f64::NEG_INFINITY, Some(1.0))]
+        {
+            let refused = recordings.cut("whole.ast", from, to, &[]);
+            assert_eq!(refused, ExitCode::from(BAD_INPUT), "{from} to {to:?}");
+        }
+        assert_eq!(recordings.cut("whole.ast", 2.0, Some(5.0), &[]), ExitCode::SUCCESS);
+        let kept = read(&recordings.file("out.ff"), None).expect("written");
+        let records = |piece: &Piece| {
+            let blocks = sound(&piece.octets).filter_map(Result::ok);
+            blocks.flat_map(|b| b.records()).count()
+        };
+        assert_eq!(kept.pieces.iter().map(records).sum::<usize>(), 40, "four blocks of ten");
     }
 }
