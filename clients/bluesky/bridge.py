@@ -90,6 +90,7 @@ class Theirs:
         self.sent = None  # place, height, velocity and wall time as others know them
         self.answered_s = None  # when its transponder was told last
         self.pace = 1.0  # at which it was told
+        self.heading = 0.0  # rad from north
 
 
 class Bridge:
@@ -135,7 +136,7 @@ class Bridge:
         # Stamps are of the host's time, and so is velocity: who hears them divides by the rate.
         entity.pace = self.pace()
         velocity = tuple(v * entity.pace for v in velocity)
-        self.send(entity_pdu.entity_state(self.arguments.exercise, identifier, callsign, kind, lat, lon, height_m, velocity, gone))
+        self.send(entity_pdu.entity_state(self.arguments.exercise, identifier, callsign, kind, lat, lon, height_m, velocity, entity.heading, gone))
         now = time.monotonic()
         if self.handover and not gone and (entity.answered_s is None or now - entity.answered_s > ANSWERS_S):
             entity.answered_s = now
@@ -382,6 +383,7 @@ class Bridge:
         entity.seen_s, entity.place, entity.simt = now, None, simt
         if known:
             place, height_m, velocity = known
+            entity.heading = math.radians(self.handover.rows[name][1]["heading_deg"])
             entity.sent = (place, height_m, velocity, now)
             self.pdu(name, entity, (*place, height_m, velocity))
 
@@ -413,12 +415,15 @@ class Bridge:
             entity = self.theirs[name] = Theirs(number)
             self.count["entities"] += 1
         entity.seen_s, entity.place, entity.simt = now, place, simt
-        velocity = (gs * math.sin(track), gs * math.cos(track), vs)
+        entity.heading = track
+        velocity = told = (gs * math.sin(track), gs * math.cos(track), vs)
         cos = 111_194.9 * math.cos(math.radians(place[0]))
         place, alt = (place[0] + velocity[1] * late_s / 111_194.9, place[1] + velocity[0] * late_s / cos), alt + vs * late_s
         if self.handover:
             self.handover.wanted(name, place, alt, gs, track, vs, now)
             place, alt, velocity = self.handover.blended(name, place, alt, velocity, now)
+            if velocity != told:
+                entity.heading = math.atan2(velocity[0], velocity[1])
         if entity.sent:
             (lat, lon), height_m, known, at = entity.sent
             scale = entity.pace * (now - at)

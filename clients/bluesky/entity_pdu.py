@@ -50,11 +50,11 @@ def stamp(wall_s):
     return int(wall_s % 3600.0 / 3600.0 * 2**31) % 2**31 << 1 | 1
 
 
-def entity_state(exercise, identifier, marking, designator, lat_deg, lon_deg, height_m, velocity_mps, gone=False, wall_s=None):
-    """The PDU; `velocity_mps` east, north, up."""
+def entity_state(exercise, identifier, marking, designator, lat_deg, lon_deg, height_m, velocity_mps, heading, gone=False, wall_s=None):
+    """The PDU; `velocity_mps` east, north, up; `heading` of the nose from north, rad: who stands has one too."""
     east, north, up = velocity_mps
     speed = math.hypot(east, north)
-    heading, pitch = math.atan2(east, north), math.atan2(up, speed) if speed > 1.0 else 0.0
+    pitch = math.atan2(up, speed) if speed > 1.0 else 0.0
     moves = not gone and math.hypot(speed, up) > 3.0
     velocity = world(velocity_mps, lat_deg, lon_deg) if moves else (0.0, 0.0, 0.0)
     country, category, subcategory, specific, extra = TYPES.get(designator, UNKNOWN)

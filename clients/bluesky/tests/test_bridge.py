@@ -5,6 +5,7 @@ import io
 import json
 import math
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -138,6 +139,37 @@ class Rates(unittest.TestCase):
         self.run_is("FROZEN", 3.0)
         self.bridge.from_node("RESET", None)
         self.assertEqual(self.state, "HOLD")
+
+
+class Headings(unittest.TestCase):
+    """Where the nose of theirs points in the run."""
+
+    def setUp(self):
+        arguments = bridge.parser().parse_args(["--dis", "127.0.0.1:9"])
+        wire = types.SimpleNamespace(nodes=[], command=lambda *_: None)
+        with unittest.mock.patch.object(bridge, "connected", return_value=wire):
+            self.bridge = bridge.Bridge(arguments)
+        self.addCleanup(self.bridge.socket.close)
+        self.pdus = []
+        self.bridge.send = self.pdus.append
+
+    def points(self, heading_deg, place):
+        """That the last PDU has this heading, level."""
+        wanted = bridge.entity_pdu.euler(math.radians(heading_deg), 0.0, *place)
+        for said, angle in zip(struct.unpack_from(">3f", self.pdus[-1], 72), wanted):
+            self.assertAlmostEqual(math.remainder(said - angle, math.tau), 0.0, delta=1e-6)
+
+    def test_who_stands_or_is_held_points_where_bluesky_has_it(self):
+        for n, place in enumerate([(47.458, 8.548), (-33.9, 151.2), (0.1, -77.0)]):
+            for heading_deg in (0.0, 90.0, 200.0, 359.0):
+                for gs, pace in ((0.0, 1.0), (80.0, 1.0), (80.0, 0.0)):
+                    self.bridge.pace = lambda pace=pace: pace
+                    name = f"BSK{n}{heading_deg:.0f}{gs:.0f}{pace:.0f}"
+                    self.bridge.visit(name, place, 10.0, gs, math.radians(heading_deg), 0.0, 100.0, 5.0, 0.0)
+                    self.points(heading_deg, place)
+                    # And where it was when it is taken out.
+                    self.bridge.end([name])
+                    self.points(heading_deg, place)
 
 
 class Interfaces(unittest.TestCase):
