@@ -131,7 +131,8 @@ pub struct Recording {
 
 impl Recording {
     /// Sorts paths and reports and leaves out what is no place or velocity on earth (not finite, or beyond
-    /// 10⁸ m or m/s, whose squares and differences would not be finite); gives how many were left out.
+    /// 10⁸ m or m/s, whose squares and differences would not be finite), and all but one state of a target at the same
+    /// time (two targets of one name); gives how many were left out.
     pub fn put_in_order(&mut self) -> usize {
         let finite = |v: &Vector2<f64>| v.iter().all(|x| x.abs() < 1e8);
         let mut left_out = 0;
@@ -139,8 +140,8 @@ impl Recording {
             let before = target.path.len();
             target.path.retain(|p| finite(&p.position_m.coords) && finite(&p.velocity_mps));
             target.path.sort_by_key(|p| p.time);
-            left_out += before - target.path.len();
             target.path.dedup_by_key(|p| p.time);
+            left_out += before - target.path.len();
         }
         let before = self.reports.len();
         self.reports.retain(|r| finite(&r.position_m.coords));
@@ -188,6 +189,16 @@ mod tests {
             assert_eq!(target.at(SimTime::from_s(outside), 2.0), None, "{outside}");
         }
         assert_eq!(Target::default().at(SimTime::ZERO, 2.0), None);
+    }
+
+    #[test]
+    fn every_row_that_is_left_out_is_counted() {
+        // Two targets of one name: at each time one of the two states stays.
+        let path: Vec<TruthPoint> = [0.0, 0.0, 1.0, 1.0, 2.0].map(parabola).to_vec();
+        let target = Target { name: "A".into(), path };
+        let mut recording = Recording { targets: vec![target], ..Recording::default() };
+        assert_eq!(recording.put_in_order(), 2);
+        assert_eq!(recording.targets[0].path.len(), 3);
     }
 
     /// 1000 errors of a circular normal measurement of several qualities, as targets near and far have.
