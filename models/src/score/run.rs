@@ -45,7 +45,7 @@ impl Default for Rules {
     }
 }
 
-/// One stay of a target in an area: which of its scans had a report.
+/// One stay of a target in an area: which of its scans had a report. A hole over a border is one in each of both stays.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Stay {
     scans: u32,
@@ -82,6 +82,8 @@ pub struct AreaScore {
     pub wrong_labels: u64,
     scan_s: f64,
     stays: Vec<Stay>,
+    /// Gaps that began here, scans: between two reports, or between one and the begin or end of the target.
+    gap_scans: Vec<u32>,
 }
 
 impl AreaScore {
@@ -103,6 +105,7 @@ impl AreaScore {
             wrong_labels: 0,
             scan_s: 1.0,
             stays: Vec::new(),
+            gap_scans: Vec::new(),
         }
     }
 
@@ -130,12 +133,13 @@ impl AreaScore {
         ((due - missed) as u64, due as u64)
     }
 
-    /// Gaps of at least `gap_s` between two reports, and expected intervals of `interval_s`.
+    /// Gaps of at least `gap_s` between two reports that began here, and expected intervals of `interval_s`.
+    /// Before a target's first report and after its last one the gap is as long as the target was there.
     #[must_use]
     pub fn gaps(&self, gap_s: f64, interval_s: f64) -> (u64, u64) {
         let interval = interval_s.max(self.scan_s);
-        let long = |h: &&u32| f64::from(**h + 1) * self.scan_s >= gap_s - 1e-9;
-        let count: usize = self.stays.iter().map(|s| s.holes.iter().filter(long).count()).sum();
+        let long = |g: &&u32| f64::from(**g) * self.scan_s >= gap_s - 1e-9;
+        let count = self.gap_scans.iter().filter(long).count();
         let due: f64 =
             self.stays.iter().map(|s| (f64::from(s.scans) * self.scan_s / interval).floor()).sum();
         (count as u64, due as u64)
@@ -172,6 +176,7 @@ impl AreaScore {
         self.right_labels += other.right_labels;
         self.wrong_labels += other.wrong_labels;
         self.stays.extend(other.stays.iter().cloned());
+        self.gap_scans.extend(&other.gap_scans);
         self.finish();
     }
 
@@ -286,6 +291,9 @@ struct Follow {
     area: Option<Area>,
     stay: Stay,
     hole: u32,
+    /// Scans since the last report, also over borders of areas, and where they began.
+    gap: u32,
+    gap_from: Option<Area>,
     first: Option<SimTime>,
     squares: f64,
     found: TargetScore,
@@ -376,8 +384,11 @@ impl<'a> Run<'a> {
             .iter()
             .map(|r| r.position_m + r.velocity_mps.unwrap_or_default() * at.since_s(r.time))
             .collect();
-        self.add_gospa(&gospa(&places, &moved, self.rules.cut_off_m, 2.0), truth.len());
-        let pairs = self.pairs(&truth, &places, reports, &moved);
+        // A track is in one place: of several reports in a scan the one nearest its middle is paired.
+        let chosen = one_a_track(reports, at);
+        let chosen_m: Vec<Point2<f64>> = chosen.iter().map(|&r| moved[r]).collect();
+        self.add_gospa(&gospa(&places, &chosen_m, self.rules.cut_off_m, 2.0), truth.len());
+        let pairs = self.pairs(&truth, &places, reports, &moved, &chosen);
         let mut taken = vec![None; truth.len()];
         for &(t, r) in &pairs {
             taken[t] = Some(r);
@@ -427,12 +438,11 @@ impl<'a> Run<'a> {
         places: &[Point2<f64>],
         reports: &[Report],
         moved: &[Point2<f64>],
+        chosen: &[usize],
     ) -> Vec<(usize, usize)> {
         let mut pairs = Vec::new();
-        let mut by_track: BTreeMap<u64, usize> = BTreeMap::new();
-        for (r, report) in reports.iter().enumerate() {
-            by_track.insert(report.track, r);
-        }
+        let by_track: BTreeMap<u64, usize> =
+            chosen.iter().map(|&r| (reports[r].track, r)).collect();
         let (mut free_truth, mut used) = (Vec::new(), vec![false; reports.len()]);
         for (t, (index, _)) in truth.iter().enumerate() {
             let kept = self.follows[*index].track.and_then(|n| by_track.get(&n).copied());
@@ -444,7 +454,7 @@ impl<'a> Run<'a> {
                 None => free_truth.push(t),
             }
         }
-        let free: Vec<usize> = (0..reports.len()).filter(|r| !used[*r]).collect();
+        let free: Vec<usize> = chosen.iter().copied().filter(|r| !used[*r]).collect();
         let truth_m: Vec<_> = free_truth.iter().map(|&t| places[t]).collect();
         let tracks_m: Vec<_> = free.iter().map(|&r| moved[r]).collect();
         let rest = gospa(&truth_m, &tracks_m, self.rules.pair_m, 2.0).pairs;
@@ -468,6 +478,10 @@ impl<'a> Run<'a> {
         follow.first.get_or_insert(at);
         let Some(report) = report else {
             follow.hole += 1;
+            if follow.gap == 0 {
+                follow.gap_from = Some(area);
+            }
+            follow.gap += 1;
             follow.track = None;
             let never = follow.found.delay_s.is_none();
             let found = self.area(area);
@@ -479,6 +493,12 @@ impl<'a> Run<'a> {
             let hole = std::mem::take(&mut follow.hole);
             follow.stay.holes.push(hole);
         }
+        if follow.gap > 0 {
+            let scans = std::mem::take(&mut follow.gap) + u32::from(follow.found.reported > 0);
+            let from = follow.gap_from.unwrap_or(area);
+            self.area(from).gap_scans.push(scans);
+        }
+        let follow = &mut self.follows[index];
         follow.found.reported += 1;
         if follow.found.delay_s.is_none() {
             follow.found.delay_s = follow.first.map(|first| at.since_s(first));
@@ -491,7 +511,11 @@ impl<'a> Run<'a> {
                 follow.last = Some(report.track);
             }
             let owner = self.owners.insert(report.track, Some(index)).flatten();
-            self.score.swaps += u64::from(owner.is_some_and(|other| other != index));
+            let lives = |other: usize| {
+                self.recording.targets[other].path.last().is_some_and(|end| at <= end.time)
+            };
+            self.score.swaps +=
+                u64::from(owner.is_some_and(|other| other != index && lives(other)));
         }
         // The truth of the report's own time, where the path has it.
         let exact = self.recording.targets[index].at(report.time, self.rules.hole_s);
@@ -527,6 +551,10 @@ impl<'a> Run<'a> {
             let stay = close(&mut self.follows[index]);
             if let Some(area) = self.follows[index].area {
                 self.area(area).stays.push(stay);
+            }
+            let follow = &self.follows[index];
+            if let (gap @ 1.., Some(from)) = (follow.gap, follow.gap_from) {
+                self.area(from).gap_scans.push(gap);
             }
         }
         let mut score = self.score;
@@ -568,6 +596,19 @@ fn close(follow: &mut Follow) -> Stay {
         stay.holes.push(hole);
     }
     stay
+}
+
+/// Of each track the report whose time is nearest, in the order of the tracks.
+fn one_a_track(reports: &[Report], at: SimTime) -> Vec<usize> {
+    let off = |r: usize| at.since_s(reports[r].time).abs();
+    let mut nearest: BTreeMap<u64, usize> = BTreeMap::new();
+    for (r, report) in reports.iter().enumerate() {
+        let kept = nearest.entry(report.track).or_insert(r);
+        if off(r) < off(*kept) {
+            *kept = r;
+        }
+    }
+    nearest.into_values().collect()
 }
 
 fn distance(a: Point2<f64>, b: Point2<f64>) -> f64 {
@@ -669,6 +710,77 @@ mod tests {
         let swapped = scored(targets(), tracks(true));
         assert_eq!((swapped.swaps, swapped.breaks), (2, 2));
         assert_eq!(swapped.targets[0].tracks, [1, 2]);
+    }
+
+    #[test]
+    fn a_track_that_reports_often_follows_one_target_and_none_beside_it() {
+        // Two targets 30 m apart, of which the second has no track; four reports a scan are no more than one.
+        let targets = || {
+            vec![line("A", (0.0, 0.0), (10.0, 0.0), 20), line("B", (0.0, 30.0), (10.0, 0.0), 20)]
+        };
+        let of = |a_scan: u32| {
+            let reports = (0..19 * a_scan).map(|k| {
+                let s = f64::from(k) / f64::from(a_scan);
+                let time = SimTime::from_s(s);
+                Report {
+                    time,
+                    published: Some(time.plus_s(0.25)),
+                    ..report(7, 0, 10.0 * s, 0.0, "")
+                }
+            });
+            scored(targets(), reports.collect())
+        };
+        let (once, often) = (of(1), of(4));
+        assert_eq!(
+            (once.missed_targets(), often.missed_targets()),
+            (1, 1),
+            "B is followed by nobody"
+        );
+        assert_eq!((often.swaps, often.breaks), (0, 0));
+        assert!((once.gospa.false_m2 - often.gospa.false_m2).abs() < 1e-9, "{:?}", often.gospa);
+        assert!(often.rmse_m().expect("reports") < 1e-9, "each at its own time");
+    }
+
+    #[test]
+    fn a_gap_is_one_across_an_area_and_no_longer_than_the_target_at_its_ends() {
+        // Known from scan 5 to scan 14, and between them from 8 to 10 not.
+        let reports = (5..15)
+            .filter(|k| ![8, 9, 10].contains(k))
+            .map(|k| report(7, k, 10.0 * f64::from(k), 0.0, ""))
+            .collect();
+        let found = scored(vec![line("A", (0.0, 0.0), (10.0, 0.0), 20)], reports);
+        let area = &found.areas[0];
+        // Five scans before, four seconds between, five scans after.
+        assert_eq!((area.gaps(5.0, 1.0).0, area.gaps(5.5, 1.0).0), (2, 0));
+        assert_eq!((area.gaps(4.0, 1.0).0, area.gaps(4.5, 1.0).0), (3, 2));
+        // It leaves the ground within the gap: one gap of eight seconds, where it began.
+        let mut target = line("A", (0.0, 0.0), (10.0, 0.0), 20);
+        target.path.iter_mut().skip(10).for_each(|p| p.height_m = Some(300.0));
+        let reports = (0..20)
+            .filter(|k| !(7..14).contains(k))
+            .map(|k| report(7, k, 10.0 * f64::from(k), 0.0, ""))
+            .collect();
+        let found = scored(vec![target], reports);
+        assert_eq!(found.areas.len(), 2);
+        let long = |at: usize| found.areas[at].gaps(8.0, 1.0).0;
+        assert_eq!(long(0) + long(1), 1, "one gap, not two shorter ones");
+        let (ground, air) = match found.areas[0].area {
+            Area::Airborne => (1, 0),
+            _ => (0, 1),
+        };
+        assert_eq!((long(ground), found.areas[air].gaps(1.5, 1.0).0), (1, 0));
+        assert_eq!(found.areas[air].reports_due(1.0), (6, 10), "its scans are missed where it was");
+    }
+
+    #[test]
+    fn a_number_that_comes_again_when_its_target_is_gone_is_no_swap() {
+        let mut later = line("B", (0.0, 500.0), (10.0, 0.0), 60);
+        later.path.retain(|p| p.time.s() >= 40.0);
+        let targets = vec![line("A", (0.0, 0.0), (10.0, 0.0), 10), later];
+        let a = (0..10).map(|k| report(7, k, 10.0 * f64::from(k), 0.0, ""));
+        let b = (40..60).map(|k| report(7, k, 10.0 * f64::from(k), 500.0, ""));
+        let found = scored(targets, a.chain(b).collect());
+        assert_eq!((found.swaps, found.missed_targets()), (0, 0));
     }
 
     #[test]
