@@ -48,6 +48,9 @@ pub fn run(args: &FitArgs) -> ExitCode {
     if !(1.0..=whole).contains(&seconds) {
         return fail(BAD_INPUT, format!("--seconds {seconds}: the scene lasts 1 to {whole} s"));
     }
+    if let Err(e) = offline::has_movements(&scene, seconds) {
+        return fail(BAD_INPUT, e);
+    }
     if let Some(Err(e)) = args.out.as_deref().map(cli::writable) {
         return fail(FAILED, format!("{e:#}"));
     }

@@ -75,10 +75,25 @@ pub struct FitReport {
 /// Makes the sensors of a scene.
 pub type Make<'a> = &'a dyn Fn() -> Result<Vec<Box<dyn Sensor>>, String>;
 
+/// Whether the scene has movements that can be fitted on in its first `seconds`.
+///
+/// # Errors
+/// One sentence if it has none: traffic that behaves is stepped in a run, and not known here.
+pub fn has_movements(scene: &Scene, seconds: f64) -> Result<(), String> {
+    if targets(scene, seconds).iter().all(|target| target.path.is_empty()) {
+        return Err(format!(
+            "scene {}: nobody moves in its first {seconds} s by a recording or a route, and figures are fitted on \
+             these alone: traffic that behaves (a schedule, generated flights) only moves in a run",
+            scene.name
+        ));
+    }
+    Ok(())
+}
+
 /// Fits a scene's sensors and tracker on one seed and compares on-line with off-line on others.
 ///
 /// # Errors
-/// One sentence if a sensor cannot be made.
+/// One sentence if a sensor cannot be made, or nobody moves (see [`has_movements`]).
 pub fn run(
     scene: &Scene,
     make: Make<'_>,
@@ -91,6 +106,7 @@ pub fn run(
     let fitted_on: Vec<u64> = (first..first + count).collect();
     let compared_on: Vec<u64> = (first + count..first + 2 * count).collect();
     let seconds = seconds.min(scene.run.duration.s());
+    has_movements(scene, seconds)?;
     let paths = targets(scene, seconds);
     let mut sensors = Vec::new();
     for (index, about) in scene.sensors.iter().enumerate() {
@@ -546,6 +562,16 @@ impl FitReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_scene_whose_traffic_only_moves_in_a_run_is_refused() {
+        let scene = scenarios::load(&scenarios::locate("xsyn")).expect("ships");
+        let make = || zurich::sensors(&scene);
+        let refused = run(&scene, &make, (1, 1), 60.0, "test", &mut |_| ());
+        let reason = refused.map(|report| report.closing()).expect_err("nobody moves");
+        assert!(reason.contains("xsyn") && reason.contains("schedule"), "{reason}");
+        assert!(has_movements(&zurich::scene().expect("ships"), 60.0).is_ok());
+    }
 
     #[test]
     fn off_line_figures_give_nearly_the_errors_of_the_chain_that_they_were_fitted_from() {
