@@ -114,13 +114,13 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         std::fs::remove_dir(folder).ok(); // made for this run; it stays where something is in it
     }
     let Some(kept) = kept? else { return Ok(COMPLETE) };
-    if let Some(database) = &database
-        && let Err(error) = note(database, &facts)
-    {
-        tracing::warn!("how the run was started is not in the log: {error}");
+    for database in &kept.databases {
+        if let Err(error) = note(database, &facts) {
+            tracing::warn!("how the run was started is not in the log: {error}");
+        }
     }
-    if let (Some(folder), Some(database)) = (&args.report, &database) {
-        crate::seeds::report::write(folder, database)?;
+    if let Some(folder) = &args.report {
+        report(folder, &kept.databases)?;
     }
     if kept.complete() {
         return Ok(COMPLETE);
@@ -140,6 +140,15 @@ fn note(database: &Path, facts: &[(&str, String)]) -> rusqlite::Result<()> {
         database.execute("INSERT OR REPLACE INTO run VALUES (?1, ?2)", [name, &value[..]])?;
     }
     Ok(())
+}
+
+/// Reports of the runs of this process: of the last one into the folder, of those that it replaced into `run-1`, `run-2` … there.
+fn report(folder: &Path, databases: &[PathBuf]) -> anyhow::Result<()> {
+    let Some((last, before)) = databases.split_last() else { return Ok(()) };
+    for (number, database) in (1..).zip(before) {
+        crate::seeds::report::write(&folder.join(format!("run-{number}")), database)?;
+    }
+    crate::seeds::report::write(folder, last)
 }
 
 fn listen(args: &ViewerArgs, scene: &Scene, inbox: &Inbox) -> anyhow::Result<()> {
@@ -171,4 +180,30 @@ fn listen(args: &ViewerArgs, scene: &Scene, inbox: &Inbox) -> anyhow::Result<()>
         }
     });
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer_logger::log::Log;
+    use crate::viewer_logger::log::tests::Folder;
+    use crate::viewer_logger::picture::{AirportMap, RunInfo};
+
+    #[test]
+    fn the_report_is_of_the_last_run_and_those_before_have_their_own() {
+        let folder = Folder::new();
+        let run = |name: &str, title: &str| {
+            let file = folder.0.join(name);
+            let info = RunInfo { title: title.to_owned(), ..RunInfo::default() };
+            let log = Log::create(&file, &info, &AirportMap::default()).expect("a log");
+            log.close().expect("closed");
+            file
+        };
+        let databases = [run("run.sqlite", "given up"), run("run-2.sqlite", "whole")];
+        report(&folder.0, &databases).expect("written");
+        let page = |name: &str| std::fs::read_to_string(folder.0.join(name)).expect("a page");
+        assert!(page("report.html").contains("<h1>whole</h1>"));
+        assert!(page("run-1/report.html").contains("<h1>given up</h1>"));
+        report(&folder.0.join("none"), &[]).expect("nothing to report");
+    }
 }

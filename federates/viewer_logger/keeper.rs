@@ -109,6 +109,8 @@ pub struct Kept {
     pub datagrams: u64,
     /// Datagrams that could not be written.
     pub datagrams_lost: u64,
+    /// Databases of the runs, in their order.
+    pub databases: Vec<PathBuf>,
 }
 
 impl Kept {
@@ -196,7 +198,7 @@ impl Keeper {
             recorder,
             state: None,
             last_scan: None,
-            kept: Kept::default(),
+            kept: Kept { databases: files.database.iter().cloned().collect(), ..Kept::default() },
             flights: FlightList::default(),
             beside: None,
             tolerances: None,
@@ -455,6 +457,7 @@ impl Keeper {
             Ok(mut log) => {
                 kept_scene::keep(&mut log, &self.scene);
                 self.log = Some(log);
+                self.kept.databases.push(file);
             }
             Err(error) => tracing::error!("{error}"),
         }
@@ -596,9 +599,11 @@ mod tests {
         keeper.hear(Heard::Scan(Box::new(scan(6))), 5); // a straggler of run 1
         assert_eq!(page.viewer().source().range(), Some((1, 1)));
         let kept = keeper.close(0);
-        assert_eq!(kept, Kept { scans: 4, scans_lost: 2, datagrams: 4, datagrams_lost: 0 });
-        assert!(!kept.complete());
         let second = first.with_file_name("run-2.sqlite");
+        let databases = vec![first.clone(), second.clone()];
+        let expected = Kept { scans: 4, scans_lost: 2, datagrams: 4, datagrams_lost: 0, databases };
+        assert_eq!(kept, expected);
+        assert!(!kept.complete());
         assert_eq!(rows(&first, "SELECT count(*) FROM scans"), 3);
         assert_eq!(rows(&first, "SELECT count(*) FROM states"), 2, "only changes");
         assert_eq!(rows(&first, "SELECT count(*) FROM run WHERE name = 'seed' AND value = '7'"), 1);

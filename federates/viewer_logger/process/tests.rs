@@ -106,7 +106,9 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     }
     admin.close();
     let kept = viewer.join().expect("no panic").expect("no error").expect("joined");
-    assert_eq!(kept, Kept { scans: 3, scans_lost: 0, datagrams: 2, datagrams_lost: 0 });
+    let databases = kept.databases.clone();
+    let expected = Kept { scans: 3, scans_lost: 0, datagrams: 2, datagrams_lost: 0, databases };
+    assert_eq!(kept, expected);
     let database = files.database.expect("a database");
     for (question, answer) in [
         ("SELECT count(*) FROM scans", 3),
