@@ -161,7 +161,7 @@ pub(super) fn seen(
 /// The verdict: one sentence and a table by area.
 pub(super) fn verdict(all: &mut BTreeMap<Area, Seen>) -> String {
     let mut body = String::new();
-    let mut failed = Vec::new();
+    let (mut failed, mut met, mut few) = (Vec::new(), 0, 0);
     for area in Area::ALL {
         let Some(seen) = all.get_mut(&area) else { continue };
         let p95 = seen.error_m(0.95);
@@ -185,8 +185,10 @@ pub(super) fn verdict(all: &mut BTreeMap<Area, Seen>) -> String {
             (true, true) => "met".to_owned(),
             (true, false) => format!("missed: {}", why.join(", ")),
         };
-        if judged && !why.is_empty() {
-            failed.push(area.word());
+        match (judged, why.is_empty()) {
+            (true, true) => met += 1,
+            (true, false) => failed.push(area.word()),
+            (false, _) => few += usize::from(area != Area::Air),
         }
         let metres = |m: Option<f64>| m.map_or("–".to_owned(), |m| format!("{m:.2}"));
         let _ = write!(
@@ -201,14 +203,19 @@ pub(super) fn verdict(all: &mut BTreeMap<Area, Seen>) -> String {
             seen.labelled
         );
     }
-    let sentence = match (all.is_empty(), failed.is_empty()) {
-        (true, _) => "Nothing was seen.".to_owned(),
-        (_, true) => "The requirement is met in every area.".to_owned(),
-        (_, false) => format!("The requirement is missed: {}.", failed.join("; ")),
+    let sentence = match (met, few) {
+        _ if all.is_empty() => "Nothing was seen.".to_owned(),
+        _ if !failed.is_empty() => format!("The requirement is missed: {}.", failed.join("; ")),
+        (0, 0) => "The requirement is not judged: nothing was on the surface.".to_owned(),
+        (0, _) => format!(
+            "The requirement is not judged: no area of the surface has {FEW} scans of targets."
+        ),
+        (_, 0) => "The requirement is met in every area.".to_owned(),
+        _ => "The requirement is met in every area with enough scans of targets.".to_owned(),
     };
     format!(
         "<p class=\"verdict\">{sentence}</p><table><thead><tr><th>Area</th><th>scans of targets</th><th>tracked, %</th><th>error, 95 %, m</th><th>error (rms), m</th><th>wrong labels</th><th>verdict</th></tr></thead><tbody>{body}</tbody></table>\
-         <p class=\"key\">Asked on the surface: {} % of the scans of a target with a track, 95 % of the errors at most {REQUIRED_M} m, wrong labels at most 1 in 1 000.</p>",
+         <p class=\"key\">Asked on the surface, by limits of this report: {} % of the scans of a target with a track, 95 % of the errors at most {REQUIRED_M} m, wrong labels at most 1 in 1 000.</p>",
         100.0 * REQUIRED_TRACKED
     )
 }
@@ -238,7 +245,7 @@ pub(super) fn detection(all: &BTreeMap<Area, Seen>, names: &BTreeMap<u16, String
         }
         out += "</tr>";
     }
-    out + "</tbody></table><p class=\"key\">Of the scans of the targets that the sensor saw at least once.</p>"
+    out + "</tbody></table><p class=\"key\">Scans with a plot, of all scans of the targets that the sensor saw at least once: one that looks less often than once a scan has no more than its looks, however sure it detects. The share of its looks is in the measures of the run.</p>"
 }
 
 /// Where everybody went, with the airport and names.
@@ -362,5 +369,23 @@ mod tests {
         assert!(text.contains("missed: error, labels"), "{text}");
         let mut few = BTreeMap::from([(Area::Stands, Seen { looks: 3, ..Seen::default() })]);
         assert!(verdict(&mut few).contains("too few to say"));
+    }
+
+    #[test]
+    fn a_requirement_that_nothing_was_held_against_is_not_met() {
+        let good = Seen { looks: 1000, tracked: 1000, labelled: 1000, ..Seen::default() };
+        let few = Seen { looks: FEW - 1, tracked: FEW - 1, ..Seen::default() };
+        let sentence = |areas: &[(Area, &Seen)]| {
+            let mut all = areas.iter().map(|(area, seen)| (*area, (*seen).clone())).collect();
+            let text = verdict(&mut all);
+            text.split("</p>").next().map(str::to_owned).expect("a sentence")
+        };
+        for areas in [&[(Area::Air, &good)][..], &[(Area::Stands, &few)], &[(Area::Air, &few)]] {
+            let text = sentence(areas);
+            assert!(text.contains("not judged") && !text.contains("met"), "{text}");
+        }
+        let text = sentence(&[(Area::Runways, &good), (Area::Stands, &few)]);
+        assert!(text.contains("met in every area with enough"), "{text}");
+        assert!(sentence(&[(Area::Runways, &good)]).contains("met in every area."));
     }
 }
