@@ -220,9 +220,14 @@ fn error_picture(database: &Connection) -> anyhow::Result<String> {
     let mut inside = axes.frame("time, s", "root mean square error over all targets, m");
     let weather = Table::of(
         database,
-        "SELECT min(time_ns) / 1e9 AS s, rain_mm_per_h AS rain, visibility_m AS seen FROM weather GROUP BY rain_mm_per_h, visibility_m ORDER BY 1",
+        "SELECT time_ns / 1e9 AS s, rain_mm_per_h AS rain, visibility_m AS seen FROM weather ORDER BY time_ns",
     )?;
+    let mut before: &[Value] = &[];
     for row in &weather.rows {
+        if row[1..] == *before {
+            continue;
+        }
+        before = &row[1..];
         let at = row[0].as_f64().unwrap_or(0.0).max(0.0);
         let rain = row[1].as_f64().unwrap_or(0.0);
         let seen = row[2].as_f64().map_or_else(String::new, |m| format!(", visibility {m:.0} m"));
@@ -452,6 +457,22 @@ mod tests {
         assert!(of(FAULTS).contains("<td>2.50</td><td>deadlock: A, B wait</td>"), "{}", of(FAULTS));
         assert!(of(TRAFFIC).contains("taxi_out_mean") && of(TRAFFIC).contains("312.40"));
         assert!(!of(FAULTS).contains("no fault"));
+    }
+
+    #[test]
+    fn weather_that_comes_back_is_marked_again_and_weather_that_stays_is_not() {
+        let database = Connection::open_in_memory().expect("a database");
+        database
+            .execute_batch(
+                "CREATE TABLE error_over_time (scan INTEGER, time_s REAL, track_rmse_m REAL, plot_rmse_m REAL);
+                 INSERT INTO error_over_time VALUES (1, 1.0, 2.0, 3.0), (600, 600.0, 2.0, 3.0);
+                 CREATE TABLE weather (time_ns INTEGER, rain_mm_per_h REAL, visibility_m REAL);
+                 INSERT INTO weather VALUES (0, 0, NULL), (100000000000, 4, 800), (200000000000, 4, 800), (300000000000, 0, NULL);",
+            )
+            .expect("rows");
+        let picture = error_picture(&database).expect("drawn");
+        assert_eq!(picture.matches("<path class=\"weather\"").count(), 3, "{picture}");
+        assert_eq!(picture.matches(">dry<").count(), 2, "before the rain and after it");
     }
 
     #[test]
