@@ -231,7 +231,7 @@ SELECT scan, time_ns / 1e9 AS time_s, track_rmse_m, plot_rmse_m, targets, untrac
 -- Which tracks followed nothing?
 CREATE VIEW false_tracks AS
 SELECT track, min(scan) AS first_scan, max(scan) AS last_scan, count(*) AS scans
-FROM tracks WHERE entity IS NULL GROUP BY track;
+FROM tracks GROUP BY track HAVING count(entity) = 0;
 
 -- Which labels were wrong?
 CREATE VIEW wrong_labels AS

@@ -97,6 +97,20 @@ fn what_is_written_can_be_asked_for_during_and_after_the_run() {
 }
 
 #[test]
+fn a_track_that_lost_its_target_for_a_scan_is_no_false_track() {
+    let folder = Folder::new();
+    let mut log = create(&folder);
+    (1..=4).for_each(|n| log.scan(&scan(n)).expect("written"));
+    log.close().expect("closed");
+    let writer = Connection::open(folder.file()).expect("opened");
+    let false_tracks = || number(&writer, "SELECT CAST(count(*) AS REAL) FROM false_tracks");
+    writer.execute("UPDATE tracks SET entity = NULL WHERE scan = 3", []).expect("written");
+    assert_eq!(false_tracks(), 0.0, "it followed a target in the other scans");
+    writer.execute("UPDATE tracks SET entity = NULL", []).expect("written");
+    assert!(false_tracks() > 0.0);
+}
+
+#[test]
 fn a_full_disk_ends_the_log_once_and_leaves_whole_scans() {
     let folder = Folder::new();
     let mut log = create(&folder);
