@@ -107,8 +107,7 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let recording = score_asterix::is_recording(path)?;
     let tracks = if recording { Source::Recording } else { Source::open(path)? };
     let mut notes = Vec::new();
-    let named = [&truth, &tracks].into_iter().find_map(|s| s.fact("scene"));
-    let scene = scene(args.scene.as_deref(), named.as_deref(), &mut notes)?;
+    let scene = scene(args.scene.as_deref(), &[&truth, &tracks], &mut notes)?;
     let place = scene.as_ref().map(|s| |lat: f64, lon: f64| s.airport.local_m(lat, lon));
     let place: score_files::Place<'_> =
         place.as_ref().map(|p| p as &dyn Fn(f64, f64) -> Point2<f64>);

@@ -78,8 +78,7 @@ pub fn scored(
             database.query_row(served, [], |row| row.get(0)).with_context(at_truth)?;
         (told_of(database, "reference_alerts").with_context(at_truth)?, served as u32)
     } else {
-        let named = run.fact("scene");
-        let Some(scene) = scene(asked_scene, named.as_deref(), &mut notes)? else {
+        let Some(scene) = scene(asked_scene, &[&run], &mut notes)? else {
             bail!("{}: the airport is needed; name its scene with --scene", truth.display());
         };
         notes.push(

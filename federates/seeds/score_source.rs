@@ -1,5 +1,7 @@
 //! What is scored and against what: files of truth, tracks and alerts, and the scene of the airport.
 
+use crate::viewer_logger::archive::Archive;
+use crate::viewer_logger::kept_scene;
 use anyhow::{Context, bail};
 use models::frames::{Point2, Vector2};
 use models::score::recording::{PlotSum, Report, Target, TruthPoint};
@@ -11,21 +13,29 @@ use std::io::Read;
 use std::path::Path;
 use studies::score_files;
 
-/// The scene that says what is where: the one asked for has to be there, the database's may be gone.
+/// The scene that says what is where: the one asked for has to be there; else the one that a log holds; of a log without
+/// it the one of its name, where that is still the same.
 pub(super) fn scene(
     asked: Option<&str>,
-    named: Option<&str>,
+    logs: &[&Source],
     notes: &mut Vec<String>,
 ) -> anyhow::Result<Option<Scene>> {
     let load = |name: &str| scenarios::load_without_truth(&scenarios::locate(name));
     if let Some(asked) = asked {
         return Ok(Some(load(asked)?));
     }
-    let found = named.and_then(|name| load(name).ok());
+    let fact = |name: &str| logs.iter().find_map(|s| s.fact(name)).filter(|v| !v.is_empty());
+    let named = fact("scene");
+    let same = |scene: &Scene| {
+        fact("scene_digest").is_none_or(|digest| digest == format!("{:016x}", scene.hash))
+    };
+    let found = logs.iter().find_map(|s| s.kept_scene());
+    let found =
+        found.or_else(|| named.as_deref().and_then(|n| load(n).ok()).filter(|scene| same(scene)));
     notes.push(match (&found, named) {
         (Some(s), _) => format!("Areas are those of scene {} ({}).", s.name, s.airport.layout.icao),
         (None, Some(name)) => {
-            format!("Scene {name} is not here: areas are unknown; name one with --scene.")
+            format!("Scene {name}, as it was run, is not here: areas are unknown; name one with --scene.")
         }
         (None, None) => "Areas are unknown: name the scene of the airport with --scene.".into(),
     });
@@ -65,6 +75,13 @@ impl Source {
             Ok(text) => Ok(Self::Text(text)),
             Err(_) => bail!("{}: neither the database of a run nor text", path.display()),
         }
+    }
+
+    /// The scene as it was run, where the log holds it.
+    fn kept_scene(&self) -> Option<Scene> {
+        let Self::Database(database) = self else { return None };
+        let archive = Archive::open(Path::new(database.path()?)).ok()?;
+        kept_scene::load(&archive).ok()
     }
 
     /// A figure of the run.
@@ -154,5 +171,44 @@ impl Source {
         )?;
         let errors_m = query.query_map([], |row| row.get(0))?;
         Ok(PlotSum::of(errors_m.collect::<Result<_, _>>()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::viewer_logger::log::Log;
+    use crate::viewer_logger::picture::{AirportMap, RunInfo};
+
+    #[test]
+    fn areas_are_those_of_the_scene_as_it_was_run() {
+        let folder = std::env::temp_dir().join(format!("seeds-score-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let ran = scenarios::load_without_truth(&scenarios::locate("asmgcs")).expect("a scene");
+        let of = |name: &str, held: bool, scene_digest: &str| {
+            let file = folder.join(name);
+            let (scene, scene_digest) = ("zurich".to_owned(), scene_digest.to_owned());
+            let info = RunInfo { scene, scene_digest, ..RunInfo::default() };
+            let mut log = Log::replace(&file, &info, &AirportMap::default()).expect("a log");
+            if held {
+                kept_scene::keep(&mut log, &ran);
+            }
+            log.close().expect("closed");
+            let source = Source::open(&file).expect("opened");
+            let mut notes = Vec::new();
+            let found = super::scene(None, &[&source], &mut notes).expect("a scene or none");
+            (found.map(|s| s.hash), notes.concat())
+        };
+        // Another scene of the same name is here; the log holds the one that was run.
+        assert_eq!(of("held.sqlite", true, &format!("{:016x}", ran.hash)).0, Some(ran.hash));
+        // It does not: the one of that name is taken where it is the same.
+        let zurich = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("a scene");
+        let same = format!("{:016x}", zurich.hash);
+        assert_eq!(of("same.sqlite", false, &same).0, Some(zurich.hash));
+        assert_eq!(of("early.sqlite", false, "").0, Some(zurich.hash));
+        let (found, notes) = of("other.sqlite", false, "00000000000000ff");
+        assert_eq!(found, None);
+        assert!(notes.contains("as it was run"), "{notes}");
+        std::fs::remove_dir_all(&folder).ok();
     }
 }
