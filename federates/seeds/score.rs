@@ -135,7 +135,9 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let mut recording = Recording { targets, reports, plots };
     let left_out = recording.put_in_order();
     if left_out > 0 {
-        notes.push(format!("{left_out} rows with numbers that are not finite were left out."));
+        notes.push(format!(
+            "{left_out} rows were left out: numbers that are not finite, or a target's second state at the same time."
+        ));
     }
     if recording.reports.is_empty() {
         bail!("{}: no track", path.display());
@@ -164,7 +166,13 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
         );
     }
     let scan_s = args.scan.or_else(|| tracks.fact("scan_s")?.parse().ok()).unwrap_or(1.0);
-    let rules = Rules { scan_s, hole_s: (2.5 * scan_s).max(2.5), ..Rules::default() };
+    let rules = rules(&recording, scan_s);
+    if rules.hole_s > (2.5 * scan_s).max(2.5) {
+        notes.push(format!(
+            "Truth has fewer states than scans: between them it is interpolated, over {:.1} s at most.",
+            rules.hole_s
+        ));
+    }
     let areas = scene.as_ref().map_or_else(
         || AreaMap::open(AreaRules::default()),
         |s| AreaMap::of(&s.airport.layout, AreaRules::default()),
@@ -172,6 +180,15 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let title = format!("{} against {}", path.display(), args.truth.display());
     let report = ScoreReport::of(title, notes, &recording, &areas, &rules);
     Ok(report.with_second_ago(&recording, tracks.second_ago(), &areas, &rules))
+}
+
+/// Rules for a time between scans; truth is interpolated over two and a half of its own median steps at least.
+fn rules(recording: &Recording, scan_s: f64) -> Rules {
+    let steps = recording.targets.iter().flat_map(|t| t.path.windows(2));
+    let mut steps_s: Vec<f64> = steps.map(|w| w[1].time.since_s(w[0].time)).collect();
+    steps_s.sort_by(f64::total_cmp);
+    let step_s = steps_s.get(steps_s.len() / 2).copied().unwrap_or(0.0);
+    Rules { scan_s, hole_s: (2.5 * scan_s.max(step_s)).max(2.5), ..Rules::default() }
 }
 
 /// Longest recording that is scored, s.
@@ -182,4 +199,45 @@ fn spans_s(recording: &Recording) -> f64 {
     let truth = recording.targets.iter().flat_map(|t| &t.path).map(|p| p.time.s());
     let times = || truth.clone().chain(recording.reports.iter().map(|r| r.time.s()));
     times().fold(f64::MIN, f64::max) - times().fold(f64::MAX, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use models::frames::Vector2;
+    use models::score::recording::{Report, Target, TruthPoint};
+    use models::score::run::score;
+    use models::time::SimTime;
+
+    #[test]
+    fn a_good_track_is_not_false_where_truth_has_few_states() {
+        let at = |s: f64| (SimTime::from_s(s), Point2::new(10.0 * s, 0.0), Vector2::new(10.0, 0.0));
+        for step in [1, 3, 5] {
+            let path = (0..=60).step_by(step).map(|s| {
+                let (time, position_m, velocity_mps) = at(f64::from(s));
+                TruthPoint { time, position_m, velocity_mps, height_m: Some(0.0) }
+            });
+            let targets = vec![Target { name: "A".into(), path: path.collect() }];
+            let reports = (0..=60).map(|s| {
+                let (time, position_m, velocity) = at(f64::from(s));
+                let (published, label) = (None, String::new());
+                Report {
+                    track: 1,
+                    time,
+                    published,
+                    position_m,
+                    velocity_mps: Some(velocity),
+                    label,
+                }
+            });
+            let recording =
+                Recording { targets, reports: reports.collect(), ..Recording::default() };
+            let areas = AreaMap::open(AreaRules::default());
+            let found = score(&recording, &areas, &rules(&recording, 1.0));
+            let false_reports: u64 = found.areas.iter().map(|a| a.false_reports(60.0).0).sum();
+            assert_eq!((false_reports, found.gospa.false_m2), (0, 0.0), "a state every {step} s");
+            let due: u64 = found.areas.iter().map(|a| a.target_scans()).sum();
+            assert!(due >= 60, "a state every {step} s: {due} scans");
+        }
+    }
 }
