@@ -56,12 +56,13 @@ export function ears(ring) {
   const left = ring.map((_, i) => i), out = [], side = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
   if (area < 0) left.reverse();
   let tries = 0;
-  for (let i = 0; left.length > 3 && tries < left.length; ) {
+  for (let i = 0; left.length > 3 && tries < 2 * left.length; ) {
     const n = left.length, [a, b, c] = [left[(i + n - 1) % n], left[i % n], left[(i + 1) % n]].map((k) => ring[k]);
-    const convex = side(a, b, c) > 0;
+    // A ring that touches itself has points on the sides of its ears: where nothing else is left, only points inside are in the way.
+    const convex = side(a, b, c) > 0, strict = tries >= n;
     const ear = convex && !left.some((k) => {
       const p = ring[k];
-      return p !== a && p !== b && p !== c && side(a, b, p) >= 0 && side(b, c, p) >= 0 && side(c, a, p) >= 0;
+      return p !== a && p !== b && p !== c && [side(a, b, p), side(b, c, p), side(c, a, p)].every((s) => (strict ? s > 0 : s >= 0));
     });
     if (ear || side(a, b, c) === 0) {
       if (ear) out.push(left[(i + n - 1) % n], left[i % n], left[(i + 1) % n]);
