@@ -11,16 +11,14 @@ const round = (value, digits) => Number(value.toFixed(digits));
 
 export class Address {
   #timer = 0;
-  #written = null;
 
   /** `page` has map, time() → {t, ab, play}, tab(), runs(), selected(), apply(state) for all that is not the map's, and say(text). */
   constructor(page) {
     this.page = page;
     this.kept = [];
     this.defaults = defaultLayers();
-    window.addEventListener("hashchange", () => {
-      if (location.hash !== this.#written) this.read();
-    });
+    // What this page writes itself is no such event; an address it wrote once may come again.
+    window.addEventListener("hashchange", () => this.read());
   }
 
   /** What the address says, applied; what it says wrongly, told. */
@@ -84,7 +82,6 @@ export class Address {
     this.#timer = 0;
     const text = this.text();
     if (text === location.hash || (text === "#" && !location.hash)) return;
-    this.#written = text;
     if (push) history.pushState(null, "", text);
     else history.replaceState(null, "", text);
   }
