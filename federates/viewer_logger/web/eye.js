@@ -1,6 +1,6 @@
 // The page of the eye: takes scans, weather and airport from the viewer, and shows what is seen from a place.
 
-import { Asks, eyeOf } from "./eye_address.js";
+import { Asks, eyeOf, outOf, troubleOf } from "./eye_address.js";
 import { decode, setWords } from "./frame.js";
 import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
 import { backgroundOf, extinction, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
@@ -15,7 +15,7 @@ import { element, utc } from "./text.js";
 import { Wheel, wordsOf } from "./wheel.js";
 
 const byId = (id) => document.getElementById(id);
-const AHEAD_S = 2, CLEAR_FOV = 40, NEAR_FOV = 7;
+const AHEAD_S = 2, JUMP_S = 5, CLEAR_FOV = 40, NEAR_FOV = 7;
 const canvas = byId("eye");
 const state = { run: null, airport: null, notices: [], scan: null, arrived: 0, rate: 0, eye: "tower", of: null, at: null, look: [0, 0], fov: CLEAR_FOV, frames: 0, dragging: false };
 let gl = null, map = null;
@@ -29,12 +29,13 @@ function readAddress() {
     const list = (text ?? "").split(",").map(Number);
     return list.length === n && list.every(Number.isFinite) ? list : null;
   };
-  state.at = numbers(own.at, 3) ?? state.at;
+  state.at = numbers(own.at, 3) ?? (own.eye ? null : state.at);
   state.look = numbers(own.look, 2) ?? state.look;
-  if (own.look) state.looked = true;
+  if (own.look) state.looked = state.turned = true;
   const [fov] = numbers(own.fov, 1) ?? [];
   if (fov >= 1 && fov <= 120) state.fov = fov;
-  [state.eye, state.of] = eyeOf(own.eye) ?? [state.eye, state.of];
+  const eye = eyeOf(own.eye);
+  if (eye) [state.eye, state.of, state.named] = [...eye, Boolean(eye[1])];
   if (state.at) state.eye = "free";
   asks.want({ t: view.t, run: view.run });
 }
@@ -61,12 +62,15 @@ const link = new Link({
       setWords(message.words);
       state.run = message.run;
       state.airport = message.map;
+      state.notShown = "";
+      state.looked = Boolean(state.turned); // another run: other traffic
       build();
       map?.setAirport(message.map);
     } else if (message.type === "weather") state.notices = message.notices;
     else if (message.type === "driven") wheel.take(message.state);
     else if (message.type === "state") state.rate = message.state.phase === "RUNNING" ? message.state.achieved_rate || message.state.rate || 0 : 0;
     else if (message.type === "runs") asks.runs(message.shown);
+    else if (message.type === "refused") state.notShown = message.text;
     else if (message.type === "timeline") asks.timeline(message);
     draw();
   },
@@ -74,15 +78,23 @@ const link = new Link({
     try {
       const scan = decode(buffer);
       if (scan.run) return;
+      if (!state.turned && !scan.newest && Math.abs(scan.timeS - (state.scan?.timeS ?? 0)) > JUMP_S) state.looked = false;
       state.scan = scan;
       state.arrived = performance.now();
       map?.setScan(scan);
       offer();
       if (!state.looked && state.airport) lookOut();
       draw();
-    } catch { /* of another version: the page says so */ }
+      state.unreadable = false;
+    } catch {
+      state.unreadable = true; // of another version
+      draw();
+    }
   },
-  state: () => {},
+  state(word) {
+    state.link = word;
+    draw();
+  },
 }, () => {
   asks.hello();
   return [];
@@ -131,7 +143,8 @@ function offer() {
   const wanted = state.eye === "driver" ? (t) => !t.aircraft : (t) => t.aircraft, list = state.eye === "pilot" || state.eye === "driver" ? state.scan.truth.filter(wanted).map((t) => t.callsign) : [];
   const box = byId("of");
   if ([...box.options].map((o) => o.value).join() !== list.join()) box.replaceChildren(...list.map((name) => element("option", name, { value: name })));
-  if (list.length && !list.includes(state.of)) state.of = list[0];
+  state.of = outOf(state.of, list, state.named);
+  state.absent = (state.eye === "pilot" || state.eye === "driver") && Boolean(state.of) && !list.includes(state.of);
   box.value = state.of ?? "";
   box.hidden = byId("of-label").hidden = !list.length;
 }
@@ -250,9 +263,12 @@ function paint() {
   const ratio = window.devicePixelRatio || 1, w = Math.max(1, Math.round(canvas.clientWidth * ratio)), h = Math.max(1, Math.round(canvas.clientHeight * ratio));
   if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
   const { eye, look, own } = pose(), l = light(eye), dt = age();
-  byId("who").textContent = { tower: ["tower", state.airport?.cab?.by].filter(Boolean).join(", "), free: "free" }[state.eye] ?? `${state.eye} ${state.of ?? ""}`;
+  byId("who").textContent = { tower: ["tower", state.airport?.cab?.by].filter(Boolean).join(", "), free: "free" }[state.eye] ?? `${state.eye} ${state.of ?? ""}${state.absent ? " is not there at this time; this is the tower" : ""}`;
   byId("utc").textContent = `${utc(state.run?.start_utc_ns, (state.scan?.timeS ?? 0) + dt)} UTC`;
   byId("air").textContent = Number.isFinite(l.visibility) && l.visibility !== null ? `visibility ${Math.round(l.visibility)} m` : "clear";
+  const trouble = troubleOf({ link: state.link, refused: state.notShown, unreadable: state.unreadable });
+  if (byId("trouble").textContent !== trouble) byId("trouble").textContent = trouble;
+  canvas.classList.toggle("stale", Boolean(trouble));
   showWheel();
   byId("age").textContent = dt > 0 ? `reckoned ${dt.toFixed(1)} s` : "";
   if (map) map.unseen = new Set(visible());
@@ -273,13 +289,16 @@ function paint() {
   gl.draw(l, view, { ...made, models });
   state.frames++;
   const names = visible();
-  byId("seen").textContent = names.length ? `seen: ${names.join(", ")}` : "nobody is seen";
+  const words = names.length ? `seen: ${names.join(", ")}` : "nobody is seen";
+  if (byId("seen").textContent !== words) byId("seen").textContent = words; // a reader says each writing
 }
 
 // ---- controls ----
 
 function choose(eye) {
+  if (eye !== state.eye) state.named = false;
   state.eye = eye;
+  state.turned = false;
   state.at = null;
   state.look = [0, 0];
   lookOut();
@@ -290,6 +309,7 @@ function choose(eye) {
 
 function turn(dx, dy) {
   const [bearing, elevation] = state.look;
+  state.turned = true;
   state.look = [(((bearing + dx) % 360) + 360) % 360, Math.min(89, Math.max(-89, elevation + dy))];
   writeAddress();
   draw();
@@ -298,6 +318,7 @@ function turn(dx, dy) {
 function move(ahead, side) {
   const { eye, look } = pose(), b = (look[0] * Math.PI) / 180, far = Math.max(2, eye[2] * 0.2);
   state.eye = "free";
+  state.turned = true;
   state.at = [eye[0] + far * (Math.sin(b) * ahead + Math.cos(b) * side), eye[1] + far * (Math.cos(b) * ahead - Math.sin(b) * side), eye[2]];
   state.look = look;
   writeAddress();
@@ -367,6 +388,8 @@ byId("binoculars").addEventListener("click", binoculars);
 byId("split").addEventListener("click", split);
 byId("of").addEventListener("change", (event) => {
   state.of = event.target.value;
+  state.named = true;
+  state.absent = false;
   writeAddress();
   draw();
 });
@@ -387,7 +410,11 @@ canvas.addEventListener("wheel", (event) => {
 }, { passive: false });
 canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
 canvas.addEventListener("webglcontextrestored", () => start());
-window.addEventListener("hashchange", readAddress);
+window.addEventListener("hashchange", () => {
+  readAddress();
+  if (state.scan) offer();
+  draw();
+});
 new ResizeObserver(draw).observe(canvas);
 
 function start() {

@@ -14,6 +14,18 @@ export function eyeOf(text) {
   }
 }
 
+/** Out of what one looks: who was named stays, there or not; else the first that is there. */
+export function outOf(of, there, named) {
+  return (named && of) || there.includes(of) || !there.length ? of : there[0];
+}
+
+/** Why the picture is not that of now, in words; empty where it is. */
+export function troubleOf({ link, refused, unreadable }) {
+  if (link === "lost" || link === "silent") return "no word from the viewer: the picture stands";
+  if (refused) return refused;
+  return unreadable ? "what comes cannot be read: this page is of another version, load it again" : "";
+}
+
 /** Run and time that are asked of the server: again where it is another connection, run or address. */
 export class Asks {
   #opened = null;

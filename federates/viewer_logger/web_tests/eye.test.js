@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { Asks, eyeOf } from "../web/eye_address.js";
+import { Asks, eyeOf, outOf, troubleOf } from "../web/eye_address.js";
 import { backgroundOf, contrastTo, extinction, illuminance, lampRange, rainAt, rvr, sightM, sunElevation, threshold, through } from "../web/eye_light.js";
 import { lit, worn } from "../web/eye_lamps.js";
 import { aboard, hidden, matrix, outlook, project, seen } from "../web/eye_see.js";
@@ -164,4 +164,20 @@ test("after each connection the eye asks for its run and its time again, by the 
   assert.deepEqual(told(), [null], "the runs are open");
   asks.want({ run: ["c"] });
   assert.deepEqual(told(), ["c"]);
+});
+
+test("who was named is not exchanged for somebody else", () => {
+  assert.equal(outOf("SWR9", ["SWR1", "SWR2"], true), "SWR9", "gone, and nobody in its place");
+  assert.equal(outOf("SWR2", ["SWR1", "SWR2"], true), "SWR2");
+  assert.equal(outOf(null, ["SWR1", "SWR2"], false), "SWR1");
+  assert.equal(outOf("SWR9", ["SWR1"], false), "SWR1");
+  assert.equal(outOf(null, [], false), null);
+});
+
+test("a picture that is not of now says why", () => {
+  assert.equal(troubleOf({ link: "open" }), "");
+  assert.equal(troubleOf({ link: "connecting" }), "");
+  for (const link of ["lost", "silent"]) assert.match(troubleOf({ link, refused: "no such run" }), /stands/);
+  assert.equal(troubleOf({ link: "open", refused: "no such run" }), "no such run");
+  assert.match(troubleOf({ link: "open", unreadable: true }), /another version/);
 });
