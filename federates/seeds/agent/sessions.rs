@@ -1,6 +1,7 @@
 //! What an agent has started, by the launcher that asked for it.
 
 use super::words::{Answer, Ask, Process, What};
+use crate::federation::MOST_SMDFMS;
 use crate::runtime::build;
 use crate::runtime::clock::WallNs;
 use crate::seeds::launch::{Launched, News};
@@ -30,8 +31,8 @@ const FLAGS: [(&str, bool); 13] = [
 
 /// Launchers at once.
 const SESSIONS: usize = 16;
-/// Names of a session: every federate, and sixteen traffic generators.
-const NAMES: usize = 24;
+/// Names of a session: sixteen traffic generators, every SMDFM, and one each of the three others.
+const NAMES: usize = 16 + MOST_SMDFMS as usize + 3;
 /// A launcher that has not asked for so long is gone, and so is its station: federates give a station up after two minutes.
 const GONE_NS: WallNs = 180_000_000_000;
 /// A session of which nothing runs any more is forgotten after this.
@@ -229,6 +230,18 @@ mod tests {
 
     fn line(text: &str) -> Vec<String> {
         text.split_whitespace().map(str::to_owned).collect()
+    }
+
+    /// `seeds run --generators 16 --smdfms 8` was refused three of them.
+    #[test]
+    fn the_largest_federation_has_room() {
+        let names = crate::runtime::access_list::names(16, MOST_SMDFMS);
+        let started = |name: &&String| {
+            // Sixteen generators are numbered, all of them.
+            FEDERATES.iter().any(|f| name.starts_with(f)) && *name != "traffic-generator"
+        };
+        let needed = names.iter().filter(started).count();
+        assert_eq!(needed, NAMES, "{names:?}");
     }
 
     #[test]
