@@ -153,7 +153,9 @@ pub fn main() -> ExitCode {
         }
         Some(Command::Completions { shell }) => {
             let mut command = Seeds::command();
-            clap_complete::generate(shell, &mut command, "seeds", &mut std::io::stdout());
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut command, "seeds", &mut script);
+            cli::print_line(String::from_utf8_lossy(&script).trim_end());
             ExitCode::SUCCESS
         }
     })
