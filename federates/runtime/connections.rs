@@ -104,7 +104,12 @@ pub(crate) fn same_origin(headers: &HeaderMap) -> Result<(), &'static str> {
         return Err("this page answers to an address or to localhost, not to a name");
     }
     match text(header::ORIGIN) {
-        Some(origin) if !origin.eq_ignore_ascii_case(&format!("http://{host}")) => {
+        // A TLS proxy in front, which passes the name of the host on, makes it https.
+        Some(origin)
+            if !["http", "https"]
+                .iter()
+                .any(|scheme| origin.eq_ignore_ascii_case(&format!("{scheme}://{host}"))) =>
+        {
             Err("another page may not use this one")
         }
         _ => Ok(()), // programs that are no browsers send none

@@ -54,7 +54,7 @@ export class Link {
   }
 
   #open() {
-    const socket = new WebSocket(`ws://${location.host}/socket?person=${encodeURIComponent(readLocal("person") ?? "")}${location.pathname === "/eye" ? "&eye=true" : ""}`);
+    const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket?person=${encodeURIComponent(readLocal("person") ?? "")}${location.pathname === "/eye" ? "&eye=true" : ""}`);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     socket.onopen = () => {
