@@ -10,6 +10,7 @@ use super::open::RUNS;
 use super::sweep::cell;
 use crate::gateway::public::iso8601;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
+use crate::viewer_logger::named::{database_of, is_recording, recording_of};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::AirportMap;
 use alerts::Alert;
@@ -20,6 +21,7 @@ use rusqlite::{Connection, OpenFlags};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -107,7 +109,11 @@ pub fn run(args: &ExportArgs) -> ExitCode {
     if let Err(e) = cli::writable(&args.out) {
         return fail(FAILED, format!("{e:#}"));
     }
-    let exported = named(&args.run).and_then(|path| Run::open(&path)).and_then(|run| {
+    let exported = named(&args.run).and_then(|path| {
+        not_of_the_run(&args.out, &path)?;
+        Run::open(&path)
+    });
+    let exported = exported.and_then(|run| {
         let things = run.things(&what)?;
         let alerts = if what.contains(&What::Alerts) { alerts::of(&run)? } else { Vec::new() };
         Ok((run, things, alerts))
@@ -126,10 +132,22 @@ pub fn run(args: &ExportArgs) -> ExitCode {
         Form::Csv if what == [What::Alerts] => alerts::csv(&run, &alerts),
         Form::Csv => csv(&run, &things),
     };
-    match std::fs::write(&args.out, text) {
+    match cli::save(&args.out, text) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(e) => fail(FAILED, format!("{}: {e}", args.out.display())),
+        Err(e) => fail(FAILED, format!("{e:#}")),
     }
+}
+
+/// Refuses to write over the files of the run itself, by whatever name.
+fn not_of_the_run(out: &Path, run: &Path) -> anyhow::Result<()> {
+    let database = if is_recording(run) { database_of(run) } else { run.to_path_buf() };
+    let file = |path: &Path| std::fs::metadata(path).map(|m| (m.dev(), m.ino())).ok();
+    let recording = recording_of(&database);
+    for own in [run, &database, &recording] {
+        let same = file(out).is_some_and(|out| file(own) == Some(out));
+        anyhow::ensure!(!same, "-o {}: this is a file of the run itself", out.display());
+    }
+    Ok(())
 }
 
 /// The file that a word names: a recording or a database, or the database of a folder or of the last run.
@@ -197,12 +215,8 @@ struct Thing {
 
 impl Run {
     fn open(path: &Path) -> anyhow::Result<Self> {
-        let beside = path.with_extension("sqlite");
-        let path = if path.extension().is_some_and(|e| e == "pcapng" || e == "pcap") {
-            &beside
-        } else {
-            path
-        };
+        let beside = database_of(path);
+        let path = if is_recording(path) { &beside } else { path };
         let doing = || format!("{}: not the database of a run", path.display());
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let database = Connection::open_with_flags(path, flags).with_context(doing)?;
@@ -512,4 +526,30 @@ fn csv(run: &Run, things: &[Thing]) -> String {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The database, its recording, and a link to one of them were written over.
+    #[test]
+    fn nothing_is_exported_over_the_run_itself() {
+        let folder = std::env::temp_dir().join(format!("seeds-export-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("made");
+        let at = |name: &str| folder.join(name);
+        for name in ["x.sqlite", "x.pcapng", "other.csv"] {
+            std::fs::write(at(name), name).expect("written");
+        }
+        std::os::unix::fs::symlink(at("x.sqlite"), at("link.csv")).expect("linked");
+        for run in ["x.sqlite", "x.pcapng"] {
+            for out in ["x.sqlite", "x.pcapng", "link.csv"] {
+                assert!(not_of_the_run(&at(out), &at(run)).is_err(), "{run} to {out}");
+            }
+            for out in ["other.csv", "new.csv"] {
+                assert!(not_of_the_run(&at(out), &at(run)).is_ok(), "{run} to {out}");
+            }
+        }
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
 }

@@ -373,7 +373,8 @@ impl Fork {
         let period = u64::from(self.plan.before.run.frames_per_scan);
         let mut last = recorded.end.unwrap_or(recorded.last.next_multiple_of(period));
         last = last.min(self.plan.until.unwrap_or(last));
-        let seed = fact("seed").and_then(|s| s.parse().ok()).or(recorded.seed);
+        // Logs of earlier versions name the scene's seed where the run had another.
+        let seed = recorded.seed.or_else(|| fact("seed").and_then(|s| s.parse().ok()));
         let seed = seed.unwrap_or(self.plan.before.run.seed);
         let end = self.plan.stages.last();
         let after = end.map_or(&self.plan.before, |stage| &stage.after);

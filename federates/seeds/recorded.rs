@@ -9,6 +9,7 @@ use crate::exchange::weather_notice::notice_of;
 use crate::runtime::messages::{ScanReport, TruthMessage};
 use crate::viewer_logger::kept_scene;
 use crate::viewer_logger::log::Log;
+use crate::viewer_logger::named;
 use crate::viewer_logger::picture::{AirportMap, NamedPoint, RunInfo};
 use anyhow::{Context, bail, ensure};
 use geodesy::{Ecef, LocalFrame};
@@ -288,6 +289,7 @@ const AIR: u8 = 2;
 /// The recording that a person named where its database is not beside it.
 pub(super) fn recording_alone(word: &str) -> Option<PathBuf> {
     let path = PathBuf::from(word);
-    let capture = path.extension().is_some_and(|e| e == "pcapng" || e == "pcap");
-    (capture && path.is_file() && !path.with_extension("sqlite").is_file()).then_some(path)
+    let alone =
+        path.is_file() && named::is_recording(&path) && !named::database_of(&path).is_file();
+    alone.then_some(path)
 }

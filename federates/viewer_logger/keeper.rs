@@ -10,6 +10,7 @@ use super::kept_scene;
 use super::log::{Log, LogError};
 use super::log_traffic::core_after;
 use super::marks::Marks;
+use super::named;
 use super::noted::Notes;
 use super::picture::{AirportMap, RunInfo};
 use super::said::Topic;
@@ -76,7 +77,7 @@ impl Files {
     pub fn beside(recording: &Path) -> Self {
         Self {
             recording: Some(recording.to_owned()),
-            database: Some(recording.with_extension("sqlite")),
+            database: Some(named::database_of(recording)),
         }
     }
 
@@ -127,6 +128,8 @@ pub struct Keeper {
     map: AirportMap,
     page: Option<Arc<Page>>,
     log: Option<Log>,
+    /// The log of this run could not be made: its scans are lost.
+    unlogged: bool,
     /// Logs of earlier runs, which are being closed.
     closing: Vec<JoinHandle<()>>,
     database: Option<PathBuf>,
@@ -161,6 +164,7 @@ impl Keeper {
     /// If a file cannot be made: which, and why.
     pub fn open(scene: Arc<Scene>, page: Option<Arc<Page>>, files: &Files) -> anyhow::Result<Self> {
         use anyhow::Context;
+        files.recording.as_deref().map_or(Ok(()), named::check_recording)?;
         for file in [&files.recording, &files.database].into_iter().flatten() {
             let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
             if let Some(folder) = folder {
@@ -193,6 +197,7 @@ impl Keeper {
             map,
             page,
             log,
+            unlogged: false,
             closing: Vec::new(),
             database,
             recorder,
@@ -361,11 +366,12 @@ impl Keeper {
             return; // served again to a late joiner
         }
         let missed = self.last_scan.map_or(0, |last| scan.scan - last - 1);
-        if missed > 0 && self.log.is_some() {
+        if missed > 0 && (self.log.is_some() || self.unlogged) {
             self.kept.scans_lost += missed;
             tracing::warn!(scan = scan.scan, missed, "scans did not arrive");
         }
         self.last_scan = Some(scan.scan);
+        self.kept.scans_lost += u64::from(self.unlogged);
         let noted = self.notes.scan(scan);
         self.logged(|log| log.scan_noted(scan, &noted));
         self.shown(|viewer| viewer.on_noted(scan, &noted));
@@ -431,7 +437,9 @@ impl Keeper {
             (self.last_told, self.never_came) = ([0; 3], [0; 3]);
             self.open_log(state.run, state.seed);
         }
-        let seed = before.as_ref().map_or(self.scene.run.seed, |b| b.seed);
+        // The station's seed stands in the state of run 0 already, of which there is no log.
+        let known = before.as_ref().filter(|b| b.run > 0);
+        let seed = known.map_or(self.scene.run.seed, |b| b.seed);
         if seed != state.seed && state.run > 0 {
             self.fact("seed", &state.seed.to_string());
             let info = RunInfo::of(&self.scene, state.seed);
@@ -448,16 +456,20 @@ impl Keeper {
         self.state = Some(state);
     }
 
-    /// Another run of the same process: `run.sqlite` is followed by `run-2.sqlite`.
+    /// Another run of the same process: `run.sqlite` is followed by `run-2.sqlite`, in place of an earlier one of its own only.
     fn open_log(&mut self, run: u32, seed: u64) {
         let Some(first) = &self.database else { return };
-        let stem = first.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let file = first.with_file_name(format!("{stem}-{run}.sqlite"));
-        match Log::replace(&file, &RunInfo::of(&self.scene, seed), &self.map) {
+        let file = named::following(first, run);
+        let of = first.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        tracing::info!("run {run} is logged in {}", file.display());
+        let opened = Log::replace(&file, &RunInfo::of(&self.scene, seed), &self.map);
+        self.unlogged = opened.is_err();
+        match opened {
             Ok(mut log) => {
                 kept_scene::keep(&mut log, &self.scene);
                 self.log = Some(log);
                 self.kept.databases.push(file);
+                self.fact(named::FOLLOWS, &of);
             }
             Err(error) => tracing::error!("{error}"),
         }
@@ -570,8 +582,8 @@ mod tests {
     }
 
     fn state(run: u32, phase: Phase) -> Heard {
-        let seed = if run == 0 { 0 } else { 7 };
-        Heard::State(RunState { run, phase, seed, ..RunState::default() })
+        // As a run with `--seed 7` says it from the beginning.
+        Heard::State(RunState { run, phase, seed: 7, ..RunState::default() })
     }
 
     #[test]
@@ -711,6 +723,52 @@ mod tests {
         let reader = rusqlite::Connection::open(&file).expect("a database");
         let lost: String = reader.query_row(lost, [], |row| row.get(0)).expect("noted");
         assert_eq!(lost, "4", "5, 8, 10 and 11");
+    }
+
+    /// `seeds run --record x-2.pcapng`, then `--record x.pcapng` and a restart: the log of the first was replaced.
+    #[test]
+    fn a_restart_replaces_no_log_but_its_own_of_before() {
+        let folder = Folder::new();
+        let run = |name: &str, runs: u32| {
+            let files = Files::beside(&folder.0.join(name));
+            let mut keeper = Keeper::open(scene(), None, &files).expect("opened");
+            for run in 1..=runs {
+                keeper.hear(state(run, Phase::Running), 1);
+                for n in 1..=u64::from(run) {
+                    let mut scan = scan(n);
+                    scan.run = run;
+                    keeper.hear(Heard::Scan(Box::new(scan)), 1);
+                }
+            }
+            assert!(keeper.close(0).complete());
+        };
+        run("x-2.pcapng", 1);
+        for _ in 0..2 {
+            run("x.pcapng", 2);
+            let scans = |name: &str| rows(&folder.0.join(name), "SELECT count(*) FROM scans");
+            assert_eq!(["x-2.sqlite", "x.sqlite", "x-2_2.sqlite"].map(scans), [1, 1, 2]);
+        }
+        assert!(!folder.0.join("x-2_3.sqlite").exists(), "its own of before is replaced");
+    }
+
+    /// The last line said that all was kept.
+    #[test]
+    fn scans_of_a_run_whose_log_cannot_be_made_are_lost() {
+        let folder = Folder::new();
+        let files = Files::beside(&folder.0.join("x.pcapng"));
+        let mut keeper = Keeper::open(scene(), None, &files).expect("opened");
+        keeper.hear(state(1, Phase::Running), 1);
+        keeper.hear(Heard::Scan(Box::new(scan(1))), 1);
+        // No file can be made there any more, and the name is taken.
+        keeper.database = Some(folder.0.join("gone").join("x.sqlite"));
+        keeper.hear(state(2, Phase::Running), 2);
+        for n in 1..=3 {
+            let mut scan = scan(n);
+            scan.run = 2;
+            keeper.hear(Heard::Scan(Box::new(scan)), 2);
+        }
+        let kept = keeper.close(0);
+        assert_eq!((kept.scans, kept.scans_lost, kept.complete()), (1, 3, false));
     }
 
     #[test]

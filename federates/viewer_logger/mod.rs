@@ -28,6 +28,7 @@ pub mod log;
 pub mod log_traffic;
 pub mod marks;
 pub mod metrics;
+pub mod named;
 pub mod noted;
 pub mod opened;
 pub mod picture;

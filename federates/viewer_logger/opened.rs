@@ -2,6 +2,7 @@
 
 use super::Viewer;
 use super::archive::{Archive, ArchiveError};
+use super::named;
 use super::picture::{AirportMap, NamedPoint, RunInfo, SensorSite};
 use super::source::Source;
 use crate::runtime::life_cycle::Phase;
@@ -56,11 +57,11 @@ pub fn databases(word: &str, runs: &Path) -> Result<Vec<PathBuf>, OpenError> {
     if path.is_dir() {
         return in_folder(&path);
     }
+    if named::is_recording(&path) {
+        let beside = named::database_of(&path);
+        return if beside.is_file() { Ok(vec![beside]) } else { Err(OpenError::Recording(path)) };
+    }
     match path.extension().and_then(|e| e.to_str()) {
-        Some("pcapng" | "pcap") => {
-            let beside = path.with_extension("sqlite");
-            if beside.is_file() { Ok(vec![beside]) } else { Err(OpenError::Recording(path)) }
-        }
         Some("toml") => in_folder(path.parent().unwrap_or(Path::new("."))),
         _ => Ok(vec![path]),
     }

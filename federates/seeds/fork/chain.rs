@@ -4,6 +4,7 @@ use super::super::open::RUNS;
 use super::{Change, name_of};
 use crate::runtime::messages::Frame;
 use crate::viewer_logger::archive::Archive;
+use crate::viewer_logger::named;
 use crate::viewer_logger::opened;
 use anyhow::{Context, bail, ensure};
 use std::path::{Path, PathBuf};
@@ -139,7 +140,7 @@ impl Chain {
     pub(super) fn of(database: &Path) -> anyhow::Result<Self> {
         let (mut at, mut forks, mut until) = (database.to_owned(), Vec::<Vec<_>>::new(), None);
         for depth in 0..MOST {
-            let recording = at.with_extension("pcapng");
+            let recording = named::recording_of(&at);
             if recording.is_file() {
                 forks.reverse();
                 let forks = forks.into_iter().flatten().collect();
