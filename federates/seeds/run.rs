@@ -251,7 +251,8 @@ fn processes(
                     }
                     // Spectators close their files and leave on the conductor's order, or on this one.
                     launched.end_after(Duration::from_secs(10), LOGGER);
-                    if ended_with < 0 {
+                    // Members that were joining when a person ended it wait for orders that never come.
+                    if ended_with < 0 || (interrupts > 0 && summary.is_none()) {
                         launched.interrupt_all();
                     }
                 } else if name == LOGGER && !logging && ended_with > 0 {
@@ -317,7 +318,10 @@ fn processes(
         say(&format!("seeds open {word}"));
     }
     let code = code.unwrap_or(i32::from(FAILED));
-    if summary.is_none() && code == 0 && interrupts == 0 {
+    if summary.is_none() && code == 0 {
+        if interrupts > 0 {
+            say("interrupted before the run began");
+        }
         return Ok(FAILED);
     }
     Ok(match code {
