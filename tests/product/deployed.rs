@@ -58,7 +58,8 @@ fn the_compose_file_says_what_the_executables_take() {
     let mut file = parsed(&of_ours).remove(0);
     file.apply_merge().expect("merged");
     let services = file["services"].as_mapping().expect("services");
-    assert_eq!(services.len(), 5);
+    assert_eq!(services.len(), 6);
+    assert_eq!(words(&services["control"]["profiles"]), ["control"]);
     let mut addresses = BTreeSet::new();
     for (name, service) in services {
         let name = name.as_str().expect("a name");

@@ -110,8 +110,7 @@ mod tests {
             let closed = slip_on_straight_rad(0.4, 3.0 * way_m, wheelbase_m);
             assert!((slip - closed).abs() < 1e-3, "{way_m} m, {wheelbase_m} m: {slip}");
             // Where the line bends shorter than the step, too.
-            let slip =
-                drawn_slip_rad(0.0, way_m, wheelbase_m, |s| if s < 30.0 { 0.02 } else { 0.0 });
+            let slip = drawn_slip_rad(0.0, way_m, wheelbase_m, |s| 0.02 * s.min(30.0));
             let on_arc = slip_on_arc_rad(way_m.min(30.0), 50.0, wheelbase_m);
             let closed = slip_on_straight_rad(on_arc, (way_m - 30.0).max(0.0), wheelbase_m);
             assert!((slip - closed).abs() < 0.03, "{way_m} m, {wheelbase_m} m: {slip} {closed}");
