@@ -219,6 +219,17 @@ pub struct Airport {
 }
 
 impl Airport {
+    /// Without nodes, edges and stands, and without what is said of them by index: for another network in their place.
+    pub fn clear_network(&mut self) {
+        self.nodes.clear();
+        self.edges.clear();
+        self.stands.clear();
+        let Details { roads, in_use, vehicle_places, areas, closures, .. } =
+            std::mem::take(&mut self.details);
+        self.details =
+            Details { roads, in_use, vehicle_places, areas, closures, ..Details::default() };
+    }
+
     /// The runway with an end called `name`.
     #[must_use]
     pub fn runway(&self, name: &str) -> Option<&Runway> {

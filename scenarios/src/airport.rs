@@ -284,6 +284,19 @@ impl AirportScene {
     }
 }
 
+/// The middle of places, latitude and longitude in degrees, at a height, m: also where they lie on both sides of 180 degrees.
+fn middle(places: impl Iterator<Item = (f64, f64)> + Clone, height_m: f64) -> Geodetic {
+    let count = places.clone().count().max(1) as f64;
+    let (least, most) = places
+        .clone()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.1), b.max(p.1)));
+    let beyond = |lon: f64| if most - least > 180.0 && lon < 0.0 { lon + 360.0 } else { lon };
+    let lat_deg = places.clone().map(|p| p.0).sum::<f64>() / count;
+    let lon_deg = places.map(|p| beyond(p.1)).sum::<f64>() / count;
+    let lon_deg = if lon_deg > 180.0 { lon_deg - 360.0 } else { lon_deg };
+    Geodetic::from_degrees(lat_deg, lon_deg, height_m)
+}
+
 /// East and north of a place at the height of the frame's origin, m.
 fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Point2<f64> {
     let height_m = frame.origin_geodetic().height_m;

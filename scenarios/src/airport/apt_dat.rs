@@ -141,6 +141,7 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
     let mut outline: Option<(usize, Vec<OutlineNode>)> = None;
     let mut numbers = BTreeSet::new();
     let mut edge_before = EdgeBefore::None;
+    let mut elsewhere = false;
     for (index, text_line) in text.lines().enumerate() {
         let row = Row { file, line: index + 1, words: text_line.split_whitespace().collect() };
         // The first two lines are the header: "I" or "A", then the version of the format.
@@ -150,7 +151,14 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
                 *apt.passed_over.entry("second airport".into()).or_default() += 1;
                 break;
             }
+            other if elsewhere && !matches!(other, "1" | "16" | "17" | "99") => {}
+            // One of helicopters or seaplanes before it: nothing of that is the airport's.
+            "16" | "17" => {
+                *apt.passed_over.entry((*code).into()).or_default() += 1;
+                elsewhere = true;
+            }
             "1" => {
+                elsewhere = false;
                 apt.elevation_m = row.number(1, "elevation", -2000.0, 20_000.0)? * FOOT_M;
                 apt.icao = row.word(4, "ICAO code")?.into();
                 apt.name = row.rest(5);
@@ -161,6 +169,9 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
                 if (a.1, a.2) == (b.1, b.2) {
                     let (line, name) = (index + 1, format!("{}/{}", a.0, b.0));
                     apt.mended.push(format!("line {line}: runway {name} of no length: left out"));
+                } else if apt.runways.iter().any(|r| is_same(&r.ends, &found.ends)) {
+                    let (line, name) = (index + 1, format!("{}/{}", a.0, b.0));
+                    apt.mended.push(format!("line {line}: runway {name} a second time: left out"));
                 } else {
                     apt.runways.push(found);
                 }
@@ -239,14 +250,14 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
             "1300" => apt.stands.push(StandRow {
                 lat_deg: row.latitude(1)?,
                 lon_deg: row.longitude(2)?,
-                heading_deg: row.number(3, "heading", -360.0, 360.0)?,
+                heading_deg: row.number(3, "heading", -1e6, 1e6)?,
                 name: row.rest(6),
                 detail: stand_detail(&row),
             }),
             "15" => apt.starts.push(StandRow {
                 lat_deg: row.latitude(1)?,
                 lon_deg: row.longitude(2)?,
-                heading_deg: row.number(3, "heading", -360.0, 360.0)?,
+                heading_deg: row.number(3, "heading", -1e6, 1e6)?,
                 name: row.rest(4),
                 detail: StandDetail::default(),
             }),
@@ -337,16 +348,21 @@ fn stand_detail(row: &Row<'_>) -> StandDetail {
     StandDetail { code, kind: word(4).to_owned(), ..StandDetail::default() }
 }
 
+/// Whether two runways lie at the same place, whichever way round they are written.
+fn is_same(a: &[(String, f64, f64, f64); 2], b: &[(String, f64, f64, f64); 2]) -> bool {
+    /// About ten metres.
+    const NEAR_DEG: f64 = 1e-4;
+    let near = |p: usize, q: usize| {
+        (a[p].1 - b[q].1).abs() < NEAR_DEG && (a[p].2 - b[q].2).abs() < NEAR_DEG
+    };
+    near(0, 0) && near(1, 1) || near(0, 1) && near(1, 0)
+}
+
 impl AptDat {
     /// The middle of the runway ends, at field elevation.
     pub(super) fn reference(&self) -> Geodetic {
-        let ends = || self.runways.iter().flat_map(|r| r.ends.iter());
-        let count = ends().count().max(1) as f64;
-        Geodetic::from_degrees(
-            ends().map(|e| e.1).sum::<f64>() / count,
-            ends().map(|e| e.2).sum::<f64>() / count,
-            self.elevation_m,
-        )
+        let ends = self.runways.iter().flat_map(|r| r.ends.iter());
+        super::middle(ends.map(|e| (e.1, e.2)), self.elevation_m)
     }
 
     /// The layout in local metres.

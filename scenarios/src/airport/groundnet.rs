@@ -174,9 +174,7 @@ fn taxi_node(element: &Element<'_>) -> Result<Point, ScenarioError> {
 impl GroundNet {
     /// The middle of all points, at sea level.
     pub(super) fn reference(&self) -> Geodetic {
-        let count = self.points.len() as f64;
-        let mean = |value: fn(&Point) -> f64| self.points.iter().map(value).sum::<f64>() / count;
-        Geodetic::from_degrees(mean(|p| p.lat_deg), mean(|p| p.lon_deg), 0.0)
+        super::middle(self.points.iter().map(|p| (p.lat_deg, p.lon_deg)), 0.0)
     }
 
     /// Replaces the network and the stands of `airport`.

@@ -73,7 +73,7 @@ pub(super) fn read(nodes_file: &Path) -> Result<Tables, ScenarioError> {
             line: row.line,
             from: row.cell("start_node").into(),
             to: row.cell("end_node").into(),
-            directed: matches!(row.cell("directed"), "1" | "true"),
+            directed: row.yes("directed")?,
             kind: row.cell("kind").into(),
             name: row.cell("name").into(),
         });
@@ -94,6 +94,17 @@ struct Row {
 impl Row {
     fn cell(&self, column: &str) -> &str {
         self.cells.get(column).map_or("", String::as_str)
+    }
+
+    fn yes(&self, column: &'static str) -> Result<bool, ScenarioError> {
+        match self.cell(column).to_ascii_lowercase().as_str() {
+            "1" | "true" | "yes" => Ok(true),
+            "0" | "false" | "no" | "" => Ok(false),
+            other => {
+                let problem = Problem::Line { found: other.into(), needed: "1 or 0" };
+                Err(ScenarioError::new(&self.file, self.line, column, problem))
+            }
+        }
     }
 
     fn number(&self, column: &'static str, limit: f64) -> Result<f64, ScenarioError> {
@@ -141,9 +152,7 @@ impl Tables {
 
     /// The middle of all nodes, at sea level.
     pub(super) fn reference(&self) -> Geodetic {
-        let count = self.nodes.len() as f64;
-        let mean = |value: fn(&NodeRow) -> f64| self.nodes.iter().map(value).sum::<f64>() / count;
-        Geodetic::from_degrees(mean(|n| n.lat_deg), mean(|n| n.lon_deg), 0.0)
+        super::middle(self.nodes.iter().map(|n| (n.lat_deg, n.lon_deg)), 0.0)
     }
 
     /// Replaces network and stands of `airport`, and its runways where it has none.
@@ -155,9 +164,7 @@ impl Tables {
         report: &mut LayoutReport,
     ) {
         let mut index = BTreeMap::new();
-        airport.nodes.clear();
-        airport.stands.clear();
-        airport.edges.clear();
+        airport.clear_network();
         for row in &self.nodes {
             if index.contains_key(&row.id) {
                 report.lines.push(format!("node {} a second time: left out", row.id));
@@ -174,7 +181,8 @@ impl Tables {
                 continue;
             };
             let (from, to) = (*from, *to);
-            if from == to || !seen.insert((from.min(to), from.max(to), row.directed)) {
+            let ends = if row.directed { (from, to) } else { (from.min(to), from.max(to)) };
+            if from == to || !seen.insert((ends, row.directed)) {
                 report.lines.push(format!("line {}: edge twice or to itself: left out", row.line));
                 continue;
             }

@@ -138,12 +138,7 @@ impl Osm {
         let moving = |e: &&Element| matches!(e.kind.as_str(), "runway" | "taxiway" | "taxilane");
         let points: Vec<&Point> =
             self.elements.iter().filter(moving).flat_map(|e| &e.points).collect();
-        let count = points.len().max(1) as f64;
-        Geodetic::from_degrees(
-            points.iter().map(|p| p.lat_deg).sum::<f64>() / count,
-            points.iter().map(|p| p.lon_deg).sum::<f64>() / count,
-            0.0,
-        )
+        super::middle(points.iter().map(|p| (p.lat_deg, p.lon_deg)), 0.0)
     }
 
     /// Network, stands, pavement and buildings of `airport`, and its runways where it has none.
@@ -155,9 +150,8 @@ impl Osm {
         report: &mut LayoutReport,
     ) {
         let mut network = Network { frame, index: BTreeMap::new(), seen: BTreeSet::new(), airport };
-        network.airport.nodes.clear();
-        network.airport.edges.clear();
-        network.airport.stands.clear();
+        network.airport.clear_network();
+        let has_runways = !network.airport.runways.is_empty();
         for element in &self.elements {
             let tag = |key: &str| element.tags.get(key).map_or("", String::as_str);
             let name = if tag("ref").is_empty() { tag("name") } else { tag("ref") };
@@ -166,7 +160,7 @@ impl Osm {
             match element.kind.as_str() {
                 "runway" if element.points.len() >= 2 => {
                     let width_m = width.unwrap_or(ASSUMED_RUNWAY_WIDTH_M);
-                    network.add_runway(element, name, width_m, report);
+                    network.add_runway(element, name, width_m, has_runways, report);
                 }
                 "taxiway" | "taxilane" => {
                     let one_way = matches!(tag("oneway"), "yes" | "1" | "true");
@@ -248,8 +242,19 @@ impl Network<'_> {
         }
     }
 
-    fn add_runway(&mut self, way: &Element, name: &str, width_m: f64, report: &mut LayoutReport) {
+    fn add_runway(
+        &mut self,
+        way: &Element,
+        name: &str,
+        width_m: f64,
+        has_runways: bool,
+        report: &mut LayoutReport,
+    ) {
         self.add_way(way, name, width_m, true, true);
+        // Another file has said where they lie, with thresholds that this form does not know.
+        if has_runways {
+            return;
+        }
         let points: Vec<_> = way.points.iter().map(|p| self.place(p)).collect();
         let area = way.points.len() > 3
             && way.points.first().map(|p| &p.id) == way.points.last().map(|p| &p.id);

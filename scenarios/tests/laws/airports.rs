@@ -259,3 +259,52 @@ fn shipped_airports_are_found_by_name() {
     let said = check_files(&meant("PARIS"), None).err().map(|e| e.to_string()).unwrap_or_default();
     assert!(said.contains("EGCC, EHAM, LIMC, LSZH, LZIB, XSYN") && !said.contains(":1:"), "{said}");
 }
+
+/// A layout with a network of its own, completed by one of another form: what was said of its nodes and stands is not said of others
+/// (the network panicked), and its runways stay, with their thresholds.
+#[test]
+fn a_network_of_any_form_takes_the_place_of_that_of_a_layout() {
+    let (own, _) = check(&shipped("LZIB.apt.dat")).expect("a layout");
+    for with in ["EGCC.osm.json", "EGCC.geojson", "EGCC.nodes.csv", "EHAM.groundnet.xml"] {
+        let files = [shipped("LZIB.apt.dat"), shipped(with)];
+        let (both, _) = scenarios::airport::check_files(&files, None).expect(with);
+        let d = &both.details;
+        assert!(d.joined.iter().all(|e| *e < both.edges.len()), "{with}: edges of others");
+        assert!(d.cat3_holds.iter().all(|n| *n < both.nodes.len()), "{with}: holds of others");
+        assert!([0, both.edges.len()].contains(&d.edges.len()), "{with}");
+        assert!([0, both.stands.len()].contains(&d.stands.len()), "{with}");
+        assert_eq!(both.runways, own.runways, "{with}");
+    }
+}
+
+/// A seaplane base before the airport, a runway written twice, once from its other end, and a heading of more than a turn.
+#[test]
+fn what_a_file_says_of_others_or_twice_is_no_part_of_an_airport() {
+    let text = String::from_utf8_lossy(&std::fs::read(shipped("LZIB.apt.dat")).expect("read"))
+        .into_owned();
+    let (own, _) = check_text("own.apt.dat", text.as_bytes()).expect("sound");
+    let base = "\n17 0 0 0 XHEL Harbour\n14 50.0 10.0 100 1 Tower\n1300 50.0 10.0 0 gate jets Pad\n1201 50.0 10.0 both 7 A\n\n1      436 1 0 LZIB";
+    let before = text.replacen("\n1      436 1 0 LZIB", base, 1);
+    let (found, _) = check_text("base.apt.dat", before.as_bytes()).expect("sound");
+    assert_eq!(found, own, "nothing of the base");
+    let runway = "100   45.11   2   1 0.00 1 3 0 31   48.15727749  017.23256243    0.00  246.89 5  2 1 1 13   48.17573051  017.20394636    0.00   29.87 5  0 0 1\n";
+    let twice = text.replacen("100   45.11", &format!("{runway}100   45.11"), 1);
+    let (found, report) = check_text("twice.apt.dat", twice.as_bytes()).expect("sound");
+    assert_eq!(found.runways.len(), own.runways.len());
+    assert!(report.lines.iter().any(|l| l.contains("a second time")), "{:?}", report.lines);
+}
+
+/// An airport on both sides of 180 degrees lies around its own middle, not around that of the other side of the earth.
+#[test]
+fn an_airport_on_the_date_line_is_one_place() {
+    let end = |name: &str, lon: f64| format!("{name} -17.00000000 {lon:.8} 0.00 0.00 2 0 0 0");
+    let text = format!(
+        "I\n1000 v\n\n1 10 0 0 XFIJ Line\n100 45.00 1 0 0.25 0 2 1 {} {}\n99\n",
+        end("09", 179.995),
+        end("27", -179.985)
+    );
+    let (found, _) = check_text("line.apt.dat", text.as_bytes()).expect("sound");
+    let [a, b] = found.runways[0].ends_m;
+    assert!(a.coords.norm() < 1200.0 && b.coords.norm() < 1200.0, "{a} {b}");
+    assert!(((b - a).norm() - 2129.0).abs() < 10.0, "{}", (b - a).norm());
+}
