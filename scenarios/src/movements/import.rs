@@ -200,12 +200,15 @@ impl Flight {
         let mut csv = format!("time_s,callsign,{place},altitude_m,address,on_ground\n");
         let address = self.address.map_or_else(String::new, |a| format!("{a:06x}"));
         for row in &rows {
-            let (seconds, ms) = (row.time_ms.div_euclid(1000), row.time_ms.rem_euclid(1000));
+            let sign = if row.time_ms < 0 { "-" } else { "" };
+            let (seconds, ms) = (row.time_ms.abs() / 1000, row.time_ms.abs() % 1000);
             let _ = match row.place {
                 Place::Degrees(lat, lon) => {
-                    write!(csv, "{seconds}.{ms:03},{callsign},{lat:.7},{lon:.7},")
+                    write!(csv, "{sign}{seconds}.{ms:03},{callsign},{lat:.7},{lon:.7},")
                 }
-                Place::Metres(x, y) => write!(csv, "{seconds}.{ms:03},{callsign},{x:.2},{y:.2},"),
+                Place::Metres(x, y) => {
+                    write!(csv, "{sign}{seconds}.{ms:03},{callsign},{x:.2},{y:.2},")
+                }
             };
             let altitude = row.altitude_m.map_or_else(String::new, |m| format!("{m:.1}"));
             let ground = row.on_ground.map_or("", |g| if g { "true" } else { "false" });
@@ -277,6 +280,22 @@ mod tests {
         assert!(
             of("tabs", tabs, &[]).expect("tabs")[0].csv.contains("11.000,A1,47.2000000,8.2000000")
         );
+    }
+
+    /// Before zero, and UTC as others write it: with parts of seconds, without seconds, and no day that is none.
+    #[test]
+    fn times_keep_their_order_before_zero_and_their_parts_of_seconds() {
+        let text = "t,x,y\n-1,10,20\n-0.5,11,20\n0,12,20\n0.5,13,20\n";
+        let csv = &of("before", text, &["A1"]).expect("one")[0].csv;
+        let times: Vec<&str> = csv.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
+        assert_eq!(times, ["-1.000", "-0.500", "0.000", "0.500"]);
+        let text = "t,x,y\n2019-11-24 09:00:00.500+00:00,10,20\n2019-11-24T09:01Z,11,20\n\
+            2019-02-29T09:00:00Z,12,20\n";
+        let found = &of("utc", text, &["A1"]).expect("one")[0];
+        let times: Vec<&str> =
+            found.csv.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
+        assert_eq!(times, ["1574586000.500", "1574586060.000"]);
+        assert_eq!(found.damaged, [(TIME, 1, 4)], "2019 had no 29 February");
     }
 
     #[test]

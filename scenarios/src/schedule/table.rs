@@ -90,23 +90,36 @@ pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
     Ok(rows)
 }
 
-/// `2026-05-12T06:05:00Z`, nanoseconds since 1970.
+/// `2026-05-12T06:05:00Z`, nanoseconds since 1970; without seconds, with parts of them, or `+00:00` for `Z` as well.
 pub(crate) fn utc_ns(text: &str) -> Option<i64> {
-    let (date, clock) = text.strip_suffix('Z')?.split_once('T')?;
+    let text = text.strip_suffix('Z').or_else(|| text.strip_suffix("+00:00"))?;
+    let (date, clock) = text.split_once('T')?;
+    let (clock, parts) = clock.split_once('.').unwrap_or((clock, "0"));
+    let digits = !parts.is_empty() && parts.bytes().all(|b| b.is_ascii_digit());
+    let parts_ns: i64 = format!("{:0<9.9}", parts).parse().ok().filter(|_| digits)?;
     let numbers = |text: &str, separator: char| -> Option<Vec<i64>> {
         text.split(separator).map(|p| p.parse().ok()).collect()
     };
     let (date, clock) = (numbers(date, '-')?, numbers(clock, ':')?);
     let [year, month, day] = date[..] else { return None };
-    let [hour, minute, second] = clock[..] else { return None };
+    let [hour, minute, second] = match clock[..] {
+        [hour, minute] if parts_ns == 0 => [hour, minute, 0],
+        [hour, minute, second] => [hour, minute, second],
+        _ => return None,
+    };
     let sound = (1900..2200).contains(&year)
         && (1..=12).contains(&month)
-        && (1..=31).contains(&day)
+        && (1..=days_of_month(year, month)).contains(&day)
         && (0..24).contains(&hour)
         && (0..60).contains(&minute)
         && (0..=60).contains(&second);
     let days = days_from_civil(year, month, day);
-    sound.then(|| (((days * 24 + hour) * 60 + minute) * 60 + second) * 1_000_000_000)
+    sound.then(|| (((days * 24 + hour) * 60 + minute) * 60 + second) * 1_000_000_000 + parts_ns)
+}
+
+fn days_of_month(year: i64, month: i64) -> i64 {
+    let (next_year, next) = if month == 12 { (year + 1, 1) } else { (year, month + 1) };
+    days_from_civil(next_year, next, 1) - days_from_civil(year, month, 1)
 }
 
 /// The flights of a table; what lies before the start of the run is over.
