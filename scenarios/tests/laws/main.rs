@@ -29,6 +29,7 @@ mod random_airports;
 mod reported;
 mod scenes;
 mod short_aprons;
+mod stops;
 mod template;
 mod touching;
 mod truth;

@@ -95,6 +95,9 @@ struct Mover {
     /// Kept on its stand since then by somebody who stands on his own.
     shut_in_since_s: Option<f64>,
     still_since_s: Option<f64>,
+    /// Frames since then; and how long it breaks away from now on, s.
+    still_frames: u32,
+    breaks_away_s: f64,
     /// Landing: place of the threshold, touchdown and exit on the way; braking.
     threshold: f64,
     touchdown: f64,
@@ -644,6 +647,8 @@ impl Mover {
             waits_for: None,
             shut_in_since_s: None,
             still_since_s: None,
+            still_frames: 0,
+            breaks_away_s: 0.0,
             threshold: 0.0,
             touchdown: 0.0,
             braking: 1.2,
