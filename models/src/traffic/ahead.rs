@@ -157,8 +157,8 @@ impl Moment {
         let mut in_both = vec![true; airport.flights.len()];
         left_out.iter().for_each(|m| in_both[*m] = false);
         Ok(Answer {
-            without: self.flown(&mut before, &in_both),
-            with: self.flown(&mut after, &in_both),
+            without: self.flown(&mut before, &airport.flights, &in_both),
+            with: self.flown(&mut after, &airport.flights, &in_both),
             left_out: left_out.into_iter().map(|m| m as u32).collect(),
             unseen: self.unseen.clone(),
         })
@@ -175,12 +175,13 @@ impl Moment {
         Core::perceived(parts, Arc::clone(flights), known, self.frame, seen)
     }
 
-    fn flown(&self, core: &mut Core, counts: &[bool]) -> Ahead {
+    /// `flights`: as they are wanted, whatever is changed: who is held is late by that.
+    fn flown(&self, core: &mut Core, flights: &[Flight], counts: &[bool]) -> Ahead {
         let frames = (AHEAD_S / self.step_s).ceil() as i64;
         (1..=frames).for_each(|k| core.step(self.frame + k));
         let (now_s, end_s) = (self.now_s(), self.now_s() + AHEAD_S);
         let mut ahead = Ahead { ends_s: vec![None; counts.len()], ..Ahead::default() };
-        for (m, f) in core.flights().iter().enumerate().filter(|(m, _)| counts[*m]) {
+        for (m, f) in flights.iter().enumerate().filter(|(m, _)| counts[*m]) {
             let measures = core.measures(m);
             let there = core.phase(m) != Phase::Absent && self.seen[m] != Seen::Gone;
             let within = |t: &f64| *t > now_s && *t <= end_s;

@@ -236,3 +236,36 @@ fn the_same_moment_gives_the_same_answer() {
     let answer = empty.what_if(&airport, none(&empty, &airport)).expect("a flight");
     assert!(answer.left_out.is_empty());
 }
+
+/// Who is held on his stand is late by that: the time from when he was wanted, not from when he was held until, so that holding cost nothing.
+#[test]
+fn a_hold_on_a_stand_is_counted_as_what_it_costs() {
+    let mut tried = 0;
+    for (airport, rate) in [(XSYN, 12), (LSZH, 20)] {
+        for seed in [5, 6, 7] {
+            let scene = scene(airport, rate, seed);
+            let (_, moment, airport) = seen_at(&scene, seed, 900.0);
+            for (m, seen) in moment.seen.iter().enumerate() {
+                let f = &airport.flights[m];
+                let waits = f.direction == Direction::Departure && matches!(seen, Seen::OnStand(_));
+                let change = Change::Hold { flight: m as u32, for_s: 120.0 };
+                let Ok(answer) = moment.what_if(&airport, change) else { continue };
+                let ends = [&answer.with, &answer.without].map(|a| a.ends_s[m]);
+                let [Some(with), Some(without)] = ends else { continue };
+                if !waits || with - without < 60.0 {
+                    continue;
+                }
+                tried += 1;
+                let departs = |o: &usize| airport.flights[*o].direction == Direction::Departure;
+                let later = |o: usize| {
+                    let of = |a: &models::traffic::ahead::Ahead| a.ends_s[o].unwrap_or(1800.0);
+                    of(&answer.with) - of(&answer.without)
+                };
+                let came: f64 = (0..airport.flights.len()).filter(departs).map(later).sum();
+                let told = answer.with.measures[3] - answer.without.measures[3];
+                assert!((told - came).abs() < 1.0, "{}: {told} s told, {came} s came", f.callsign);
+            }
+        }
+    }
+    assert!(tried >= 2, "{tried}");
+}
