@@ -1,7 +1,6 @@
 //! `seeds traffic advice SCENE…`: what advice is worth to controllers, over many seeds.
 
 use crate::runtime::cli::{self, BAD_INPUT, fail, out};
-use anyhow::Context;
 use clap::{Args, ValueEnum};
 use models::control::advice::Habits;
 use std::process::ExitCode;
@@ -60,7 +59,7 @@ pub fn run(args: &AdviceArgs) -> ExitCode {
 
 fn of(name: &str, args: &AdviceArgs) -> anyhow::Result<Benefit> {
     let path = scenarios::locate(name);
-    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let text = scenarios::text_of(&path)?;
     let mut benefit = Benefit { scene: name.to_owned(), pairs: Vec::new() };
     for seed in 1..=args.seeds {
         let text = scenarios::vary::with_key(&text, "run.seed", &seed.to_string())
