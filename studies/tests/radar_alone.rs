@@ -10,7 +10,21 @@ const WITHIN_S: f64 = 7.0;
 #[test]
 fn who_passes_a_hold_without_a_name_is_told_of_in_time() {
     let (mut all, mut in_time, mut others) = (0, 0, 0);
-    for (airport, seed) in [("XSYN", 1), ("XSYN", 2), ("LSZH", 3), ("EHAM", 4), ("LZIB", 5)] {
+    for (airport, seed) in [
+        ("XSYN", 1),
+        ("XSYN", 2),
+        ("XSYN", 11),
+        ("XSYN", 12),
+        ("LSZH", 3),
+        ("LSZH", 13),
+        ("LSZH", 23),
+        ("EHAM", 4),
+        ("EHAM", 14),
+        ("EHAM", 24),
+        ("LZIB", 5),
+        ("LZIB", 15),
+        ("LIMC", 16),
+    ] {
         let (_, files, _) = control::AIRPORTS.iter().find(|a| a.0 == airport).expect("known");
         let mut text = control::text(files, 20, seed, 2000.0, NOTHING).expect("a scene");
         for departure in [2, 4] {
@@ -30,6 +44,7 @@ fn who_passes_a_hold_without_a_name_is_told_of_in_time() {
             |on_s: f64| shown.iter().any(|f| (f.time_s - 1.0..f.time_s + 60.0).contains(&on_s));
         others += raised.iter().filter(|t| of_runways(&t.kind) && !explained(t.on_s)).count();
     }
-    assert!(all >= 8 && 100 * in_time >= 70 * all, "{in_time} of {all}");
-    assert!(others <= 8, "{others}");
+    assert!(all >= 20 && 100 * in_time >= 70 * all, "{in_time} of {all}");
+    // Eight in five of them were asked for before there were thirteen.
+    assert!(5 * others <= 8 * 13, "{others}");
 }

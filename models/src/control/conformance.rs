@@ -342,6 +342,11 @@ impl One<'_, '_> {
         }
         let needed = p.doubt.map_or(1, |doubt| doubt.before_bar_scans).min(3);
         let was_coming = std::mem::take(&mut remembered.coming);
+        // Who was over it by noise, and is back just before it, comes still.
+        let came = self.rules.bars.get(usize::from(was_coming).wrapping_sub(1));
+        if came.is_some_and(|bar| (0.0..=JUST_BEFORE_M).contains(&self.before_m(bar))) {
+            remembered.coming = was_coming;
+        }
         let told = self.rules.bars.get(usize::from(remembered.told).wrapping_sub(1));
         if told.is_none_or(|bar| self.before_m(bar) > WELL_BEFORE_M) {
             remembered.told = 0;
@@ -518,6 +523,8 @@ impl One<'_, '_> {
 
 /// Who rolled so shortly ago rolls, on tracks, s: a scan and a half (assumed).
 const ROLLS_S: f64 = 1.5;
+/// Noise takes a nose back so far before a bar that it passes slowly, m (assumed).
+const JUST_BEFORE_M: f64 = 3.0;
 /// Who has been so far before a bar passes it anew, m (assumed).
 const WELL_BEFORE_M: f64 = 15.0;
 
