@@ -10,7 +10,7 @@ use super::open::RUNS;
 use super::sweep::cell;
 use crate::gateway::public::iso8601;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
-use crate::viewer_logger::named::{database_of, is_recording, recording_of};
+use crate::viewer_logger::named::{database_of, first_of, is_recording, recording_of};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::AirportMap;
 use alerts::Alert;
@@ -142,9 +142,12 @@ pub fn run(args: &ExportArgs) -> ExitCode {
 fn not_of_the_run(out: &Path, run: &Path) -> anyhow::Result<()> {
     let database = if is_recording(run) { database_of(run) } else { run.to_path_buf() };
     let file = |path: &Path| std::fs::metadata(path).map(|m| (m.dev(), m.ino())).ok();
-    let recording = recording_of(&database);
-    for own in [run, &database, &recording] {
-        let same = file(out).is_some_and(|out| file(own) == Some(out));
+    // A later run of a process has the recording of its first.
+    let first = first_of(&database).unwrap_or_else(|| database.clone());
+    let recordings = [recording_of(&database), recording_of(&first)];
+    let own = [run.to_path_buf(), database, first].into_iter().chain(recordings);
+    for own in own {
+        let same = file(out).is_some_and(|out| file(&own) == Some(out));
         anyhow::ensure!(!same, "-o {}: this is a file of the run itself", out.display());
     }
     Ok(())

@@ -40,8 +40,9 @@ pub fn database_of(recording: &Path) -> PathBuf {
 #[must_use]
 pub fn recording_of(database: &Path) -> PathBuf {
     let usual = database.with_extension("pcapng");
-    let whole = database.with_extension("");
-    if !usual.is_file() && whole != database && whole.is_file() { whole } else { usual }
+    let others = ["pcap", ""].map(|ending| database.with_extension(ending));
+    let there = |file: &PathBuf| file != database && file.is_file();
+    if usual.is_file() { usual } else { others.into_iter().find(there).unwrap_or(usual) }
 }
 
 /// Refuses to record into a file that is something else, or into the place of a database.
@@ -67,26 +68,59 @@ pub fn check_recording(path: &Path) -> anyhow::Result<()> {
 /// `run-2_2.sqlite`.
 #[must_use]
 pub fn following(first: &Path, run: u32) -> PathBuf {
-    let stem = first.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    let name = |more: &str| first.with_file_name(format!("{stem}-{run}{more}.sqlite"));
-    let usable = |file: &Path| !file.exists() || follows(file, first);
-    let mut file = name("");
-    let mut number = 2_u32;
-    while !usable(&file) {
-        file = name(&format!("_{number}"));
+    let mut number = 1;
+    loop {
+        let file = name_of(first, run, number);
+        if !file.exists() || follows(&file, first) {
+            return file;
+        }
         number += 1;
     }
-    file
+}
+
+/// The name of the log of run number `run`, of which there are others: `run-2.sqlite`, `run-2_2.sqlite`.
+fn name_of(first: &Path, run: u32, number: u32) -> PathBuf {
+    let stem = first.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let more = if number == 1 { String::new() } else { format!("_{number}") };
+    first.with_file_name(format!("{stem}-{run}{more}.sqlite"))
+}
+
+/// The logs of later runs of the process whose first log is `first`, in order; where none says whom it follows (they were written
+/// before logs said so), those with their names.
+#[must_use]
+pub fn later(first: &Path) -> Vec<PathBuf> {
+    let of = |run: u32| {
+        let names = (1..).map(|number| name_of(first, run, number)).take_while(|f| f.is_file());
+        names.into_iter().find(|file| follows(file, first))
+    };
+    let own: Vec<_> = (2..).map_while(of).collect();
+    if own.is_empty() {
+        let untold = |file: &PathBuf| file.is_file() && follower(file).is_none();
+        return (2..).map(|run| name_of(first, run, 1)).take_while(untold).collect();
+    }
+    own
+}
+
+/// The first log of the process of whose later run this is the log; `None` where it is the first.
+#[must_use]
+pub fn first_of(log: &Path) -> Option<PathBuf> {
+    follower(log).map(|name| log.with_file_name(name))
 }
 
 /// Whether a log is of a later run of the process whose first log has this name.
 fn follows(log: &Path, first: &Path) -> bool {
+    let told = follower(log);
+    told.is_some_and(|told| first.file_name().is_some_and(|name| name.to_string_lossy() == told))
+}
+
+/// What a log says of whom it follows.
+fn follower(log: &Path) -> Option<String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let told = Connection::open_with_flags(log, flags).and_then(|log| {
         let question = "SELECT value FROM run WHERE name = ?1";
         log.query_row(question, [FOLLOWS], |row| row.get::<_, String>(0))
     });
-    told.is_ok_and(|told| first.file_name().is_some_and(|name| name.to_string_lossy() == told))
+    told.ok()
 }
 
 #[cfg(test)]
@@ -102,12 +136,39 @@ mod tests {
             names.iter().map(|name| database_of(Path::new(name))).collect();
         assert_eq!(all.len(), names.len(), "{all:?}");
         assert!(all.contains(Path::new("a.sqlite")) && all.contains(Path::new("rate0.1.sqlite")));
-        for name in ["a.pcapng", "rate0.1", "plain"] {
+        for name in ["a.pcapng", "b.pcap", "rate0.1", "plain"] {
             let recording = folder.0.join(name);
             std::fs::write(&recording, [0x0a, 0x0d, 0x0d, 0x0a]).expect("written");
             assert_eq!(recording_of(&database_of(&recording)), recording);
             assert!(is_recording(&recording) && check_recording(&recording).is_ok(), "{name}");
         }
+    }
+
+    /// The second run of a process was logged beside a stranger's log of that name, and the stranger's was opened as the second run.
+    #[test]
+    fn later_runs_are_found_by_what_they_say_and_old_ones_by_their_names() {
+        let folder = Folder::new();
+        let at = |name: &str| folder.0.join(name);
+        let log = |name: &str, of: Option<&str>| {
+            let log = Connection::open(at(name)).expect("a file");
+            log.execute("CREATE TABLE run (name TEXT, value TEXT)", []).expect("a table");
+            if let Some(of) = of {
+                log.execute("INSERT INTO run VALUES (?1, ?2)", [FOLLOWS, of]).expect("a row");
+            }
+        };
+        log("run.sqlite", None);
+        assert!(later(&at("run.sqlite")).is_empty());
+        log("run-2.sqlite", None);
+        log("run-3.sqlite", None);
+        let found = |names: &[&str]| names.iter().map(|n| at(n)).collect::<Vec<_>>();
+        assert_eq!(later(&at("run.sqlite")), found(&["run-2.sqlite", "run-3.sqlite"]));
+        let second = following(&at("run.sqlite"), 2);
+        assert_eq!(second, at("run-2_2.sqlite"));
+        log("run-2_2.sqlite", Some("run.sqlite"));
+        assert_eq!(following(&at("run.sqlite"), 2), second, "its own of before is replaced");
+        assert_eq!(later(&at("run.sqlite")), [second.clone()], "nothing of the strangers");
+        assert_eq!(first_of(&second), Some(at("run.sqlite")));
+        assert_eq!(first_of(&at("run-2.sqlite")), None);
     }
 
     /// A text and a database were overwritten.

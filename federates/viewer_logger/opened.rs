@@ -73,8 +73,8 @@ fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
     if !first.is_file() {
         return Err(OpenError::NoDatabase(folder.to_owned()));
     }
-    let later = (2..).map(|n| folder.join(format!("run-{n}.sqlite"))).take_while(|p| p.is_file());
-    Ok(std::iter::once(first.clone()).chain(later).take(MOST).collect())
+    let later = named::later(&first);
+    Ok(std::iter::once(first).chain(later).take(MOST).collect())
 }
 
 /// The folder whose database was written last: not all are named by their time. Of one moment that of the later name.
