@@ -177,9 +177,7 @@ impl Entity {
         if frozen {
             *at = *arrival;
         }
-        let ages_ns = [(arrival.time_ns, at.time_ns), (arrival.utc_ns, at.utc_ns)];
-        let silence_ns = (limits.transponder_silence_s() * 1e9) as i64;
-        if said.on && ages_ns.iter().all(|(now, then)| now.saturating_sub(*then) > silence_ns) {
+        if said.on && limits.is_silent(at, arrival) {
             self.transponder = None;
         }
     }

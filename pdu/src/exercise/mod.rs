@@ -83,6 +83,14 @@ impl Limits {
     fn transponder_silence_s(&self) -> f64 {
         2.0 * self.silence_s
     }
+
+    /// Whether what a transponder said at one time is too old at another, by both clocks of the receiver.
+    fn is_silent(&self, at: &Arrival, now: &Arrival) -> bool {
+        let silence_ns = (self.transponder_silence_s() * 1e9) as i64;
+        let ages_ns =
+            [now.time_ns.saturating_sub(at.time_ns), now.utc_ns.saturating_sub(at.utc_ns)];
+        ages_ns.iter().all(|age_ns| *age_ns > silence_ns)
+    }
 }
 
 impl Default for Limits {
@@ -215,10 +223,15 @@ impl Exercise {
                 let there = self.entities.get_mut(&id).filter(|e| !e.has_left(arrival.time_ns));
                 if let Some(entity) = there {
                     entity.transponder = Some((transponder, *arrival));
-                } else if self.transponders.len() < self.limits.entities {
-                    self.transponders.insert(id, (transponder, *arrival));
                 } else {
-                    return Err(Refusal::TooMany);
+                    if self.transponders.len() >= self.limits.entities {
+                        let limits = self.limits;
+                        self.transponders.retain(|_, (_, at)| !limits.is_silent(at, arrival));
+                    }
+                    if self.transponders.len() >= self.limits.entities {
+                        return Err(Refusal::TooMany);
+                    }
+                    self.transponders.insert(id, (transponder, *arrival));
                 }
                 Ok(Change::Identified(id))
             }
@@ -251,9 +264,9 @@ impl Exercise {
         entity.stated(arrival, valid, state, &self.limits);
         if entity.is_here()
             && let Some(waiting) = self.transponders.remove(&id)
+            && !self.limits.is_silent(&waiting.1, arrival)
         {
             entity.transponder = Some(waiting);
-            entity.hear_transponder(arrival, false, &self.limits);
         }
         Ok(if leaves {
             Change::Left(id)

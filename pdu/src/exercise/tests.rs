@@ -314,6 +314,31 @@ fn who_takes_over_an_identifier_takes_over_nothing_else() {
     }
 }
 
+/// What a transponder says while its entity is not there waits for it as long as one is heard, and no longer: an old "off" made the next
+/// user of the identifier deaf for good, and leftovers filled the room of all.
+#[test]
+fn what_waits_for_an_entity_does_not_wait_for_ever() {
+    let now = |s: i64| Arrival::in_real_time(START_NS + s * SECOND);
+    let stamp = |s: i64| DisTime::absolute((START_NS + s * SECOND) as u64);
+    let off = Transponder { on: false, address: Some(0x4b_1812), ..Transponder::default() };
+    for (later_s, answers) in [(5, false), (3600, true)] {
+        let mut exercise = Exercise::new(1);
+        exercise.feed(&now(0), &datagram(stamp(0), &off.iff(ID)));
+        let state = datagram(stamp(later_s), &moving(0.0, 0.0, 0));
+        exercise.feed(&now(later_s), &state);
+        assert_eq!(exercise.entity(ID).expect("known").answers(), answers, "{later_s} s later");
+    }
+    let mut exercise = Exercise::new(1);
+    let waits = |exercise: &mut Exercise, s: i64, entity: usize| {
+        let id = EntityId { entity: entity as u16, ..ID };
+        exercise.feed(&now(s), &datagram(stamp(s), &off.iff(id))).refused
+    };
+    let most = exercise.limits.entities;
+    (0..most).for_each(|k| assert!(waits(&mut exercise, 0, k).is_empty()));
+    assert_eq!(waits(&mut exercise, 1, most), [Refusal::TooMany]);
+    assert!(waits(&mut exercise, 60, most).is_empty(), "the others have gone");
+}
+
 /// A transponder whose IFF stops is not heard any more after 2.4 of its heartbeats of ten seconds; one of a sender whose time stands is, and
 /// one that was switched off stays off. At another rate than ours both clocks have to say so.
 #[test]
