@@ -37,6 +37,7 @@ function readAddress() {
   const eye = eyeOf(own.eye);
   if (eye) [state.eye, state.of, state.named] = [...eye, Boolean(eye[1])];
   if (state.at) state.eye = "free";
+  state.notShown = ""; // of the address of before; this one may be refused in turn
   asks.want({ t: view.t, run: view.run });
 }
 
@@ -70,7 +71,10 @@ const link = new Link({
     else if (message.type === "driven") wheel.take(message.state);
     else if (message.type === "state") state.rate = message.state.phase === "RUNNING" ? message.state.achieved_rate || message.state.rate || 0 : 0;
     else if (message.type === "runs") asks.runs(message.shown);
-    else if (message.type === "refused") state.notShown = message.text;
+    else if (message.type === "refused") {
+      state.notShown = message.text;
+      asks.refused();
+    }
     else if (message.type === "timeline") asks.timeline(message);
     draw();
   },

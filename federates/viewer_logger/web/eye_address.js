@@ -50,6 +50,11 @@ export class Asks {
     this.#ask();
   }
 
+  /** What was asked for last is not there: the same address asks anew. */
+  refused() {
+    this.#opened = null;
+  }
+
   /** These runs are shown: the time line of another first one is still to come. */
   runs(shown) {
     if (otherFirst(this.#shown, shown)) this.#line = null;

@@ -164,6 +164,10 @@ test("after each connection the eye asks for its run and its time again, by the 
   assert.deepEqual(told(), [null], "the runs are open");
   asks.want({ run: ["c"] });
   assert.deepEqual(told(), ["c"]);
+  // It is not there, and neither is what was asked for before any more: the same words ask again.
+  asks.refused();
+  asks.want({ run: ["c"] });
+  assert.deepEqual(told(), ["c"]);
 });
 
 test("who was named is not exchanged for somebody else", () => {
