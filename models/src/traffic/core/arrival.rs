@@ -186,7 +186,7 @@ impl Core {
         mover.waits_since_s = None;
         mover.cleared = false;
         (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
-        (mover.wander, mover.approach) = Default::default();
+        (mover.wander, mover.approach) = (mover.wander.anew(), Default::default());
         mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0) - head_mps;
         mover.s = mover.threshold - out_m;
         // A step behind, as that of everybody on final: its first frame sinks as those after it.

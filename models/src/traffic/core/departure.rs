@@ -152,7 +152,7 @@ impl Core {
         let short_m = self.short_of_node_m(self.movers[m].stand, self.flights[m].size);
         let mover = &mut self.movers[m];
         mover.phase = Phase::Pushing;
-        mover.wander = Default::default();
+        mover.wander = mover.wander.anew();
         mover.shut_in_since_s = None;
         mover.timing.push_take_s = now;
         mover.measures.aobt_s = Some(now);
@@ -454,7 +454,7 @@ impl Core {
 
     pub(super) fn start_taxi(&mut self, m: usize) {
         self.movers[m].phase = Phase::Taxiing;
-        self.movers[m].wander = Default::default();
+        self.movers[m].wander = self.movers[m].wander.anew();
         self.movers[m].taxi_from_s = self.time_s;
         self.clear(m, "TAX", String::new());
     }

@@ -140,7 +140,7 @@ impl Core {
         let mover = &mut self.movers[m];
         (mover.s, mover.v, mover.a, mover.slip) = (place, hand.v, hand.a, turned);
         (mover.beside_m, mover.beside_from) = (off_m, place);
-        mover.wander = Default::default();
+        mover.wander = mover.wander.anew();
         mover.refused_at = None;
         self.version += 1;
         let name = self.flights[m].callsign.clone();

@@ -86,19 +86,23 @@ impl Core {
         let zero = nalgebra::Vector2::zeros();
         let (velocity, acceleration) = if still { (zero, zero) } else { (velocity, acceleration) };
         let climb_mps = m.climb_mps + above_mps;
+        // In the air the nose is where it flies to.
+        let (heading_rad, rate_rads) = match m.phase {
+            Phase::Final | Phase::GoAround => {
+                (Azimuth::of(velocity).rad(), aside_ms2 / velocity.norm().max(1.0))
+            }
+            _ => (heading, turn_rate),
+        };
         let pitch_rad =
             if m.height_m > 0.0 && m.v > 1.0 { libm::atan2(climb_mps, m.v) } else { 0.0 };
         Some(TruthState {
             position_m: Point3::new(middle.x, middle.y, m.height_m + above),
             velocity_mps: Vector3::new(velocity.x, velocity.y, if still { 0.0 } else { climb_mps }),
             acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, above_ms2),
-            heading_rad: match m.phase {
-                Phase::Final | Phase::GoAround => Azimuth::of(velocity).rad(),
-                _ => heading,
-            },
+            heading_rad,
             pitch_rad,
             roll_rad: 0.0,
-            angular_rate_rads: Vector3::new(0.0, 0.0, if still { 0.0 } else { turn_rate }),
+            angular_rate_rads: Vector3::new(0.0, 0.0, if still { 0.0 } else { rate_rads }),
         })
     }
 
@@ -131,10 +135,14 @@ impl Core {
             feed((m.first_held as u64) << 32 | m.next as u64);
             let (granted, insisted) = (u64::from(m.granted.bits()), u64::from(m.insisted.bits()));
             feed(insisted << 32 | granted << 1 | u64::from(m.holds));
-            let wander = [m.wander.aside_m, m.wander.slope];
+            let mut errors = m.wander.bits().to_vec();
+            if matches!(m.phase, Phase::Final | Phase::GoAround) {
+                let off = m.approach.at(m.threshold - m.s, m.v);
+                errors.extend([off.aside[0], off.above[0]]);
+            }
             [m.s, m.v, m.a, m.slip, m.height_m, m.beside_m.x, m.beside_m.y]
                 .iter()
-                .chain(&wander)
+                .chain(&errors)
                 .for_each(|x| feed(x.to_bits()));
             if let Some(hand) = &m.hand {
                 hand.feed(&mut feed);

@@ -59,9 +59,19 @@ pub(super) struct Wander {
 }
 
 impl Wander {
+    /// On another line: beside nothing, and with draws that no line before it had.
+    pub(super) fn anew(self) -> Self {
+        Self { draws: self.draws, ..Self::default() }
+    }
+
     /// Its line bends on, over `ds`, m, by its direction so far on.
     pub(super) fn bends(&mut self, ds: f64, heading_rad: impl Fn(f64) -> f64) {
         self.behind_rad = drawn_slip_rad(self.behind_rad, ds, BODY_M, heading_rad);
+    }
+
+    /// What its next step depends on.
+    pub(super) fn bits(&self) -> [f64; 4] {
+        [self.aside_m, self.slope, self.behind_rad, self.aim_m]
     }
 
     /// Drives on by `ds`, m, at `v` m/s; `aims`: by so much it wanders, m.
@@ -227,6 +237,25 @@ mod tests {
         assert_eq!(wander.aside_m, before);
         (0..720).for_each(|_| wander.drives((0.25, 5.0), 0.05, 0.0, normal));
         assert!(wander.aside_m.abs() < 0.01 && wander.slope.abs() < 1e-3, "{wander:?}");
+    }
+
+    /// A vehicle drives many times in a run, and not beside its line as it did the time before.
+    #[test]
+    fn no_drive_wanders_as_the_one_before() {
+        let normal = |draw: u64| normals(draw)().0;
+        let drive = |mut wander: Wander| {
+            let mut seen = Vec::new();
+            for _ in 0..2000 {
+                wander.drives((0.4, 8.0), 0.05, 0.3, normal);
+                seen.push(wander.aside_m);
+            }
+            (wander, seen)
+        };
+        let (wander, first) = drive(Wander::default());
+        let (_, second) = drive(wander.anew());
+        assert_eq!(wander.anew().aside_m, 0.0);
+        let most = first.iter().zip(&second).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(most > 0.05, "{most} m apart");
     }
 
     /// The funnel of traffic.md 2.6, by its distances; its correlation; nothing over the threshold.
