@@ -166,7 +166,11 @@ mod tests {
         assert_eq!(second, at("run-2_2.sqlite"));
         log("run-2_2.sqlite", Some("run.sqlite"));
         assert_eq!(following(&at("run.sqlite"), 2), second, "its own of before is replaced");
-        assert_eq!(later(&at("run.sqlite")), [second.clone()], "nothing of the strangers");
+        assert_eq!(
+            later(&at("run.sqlite")),
+            std::slice::from_ref(&second),
+            "nothing of the strangers"
+        );
         assert_eq!(first_of(&second), Some(at("run.sqlite")));
         assert_eq!(first_of(&at("run-2.sqlite")), None);
     }
