@@ -234,6 +234,8 @@ pub(crate) fn read(
     // Where landings go for whom no way leads to a stand, by runway end and code letter.
     let mut instead: BTreeMap<(RunwayEnd, u8), Option<RunwayEnd>> = BTreeMap::new();
     let mut driving = Vec::new();
+    let mut drawn_before = 0;
+    let mut lines: BTreeMap<String, usize> = BTreeMap::new();
     for section in sections {
         let (file, wanted) = match section.text("kind")? {
             Some("schedule") => {
@@ -247,8 +249,9 @@ pub(crate) fn read(
             _ => {
                 driving.extend(vehicles::wanted(section, types)?);
                 let in_use = &airport.layout.details.in_use;
-                let flights =
-                    generated(section, run, &ground, in_use, types, (&mut remarks, &mut left_out))?;
+                let numbered = (*section, &mut drawn_before);
+                let told = (&mut remarks, &mut left_out);
+                let flights = generated(numbered, run, &ground, in_use, types, told)?;
                 (section.file().to_path_buf(), flights)
             }
         };
@@ -259,6 +262,10 @@ pub(crate) fn read(
                 let problem = Problem::NotAllowed { found: found.into(), allowed };
                 ScenarioError::new(&file, w.line, column, problem)
             };
+            if let Some(first_line) = lines.insert(w.callsign.clone(), w.line) {
+                let problem = Problem::Duplicate { found: w.callsign.clone(), first_line };
+                return Err(ScenarioError::new(&file, w.line, "callsign", problem));
+            }
             let row = types
                 .get(&w.designator)
                 .ok_or_else(|| refuse("type", &w.designator, types.designators().collect()))?;

@@ -28,9 +28,10 @@ fn owned(mix: &[(&str, f64)]) -> Mix {
     mix.iter().map(|(d, w)| ((*d).to_owned(), *w)).collect()
 }
 
-/// Flights by rates: draws belong to a flight's number, so that another rate keeps who they are.
+/// Flights by rates: draws belong to a flight's number, so that another rate keeps who they are. Numbers go on from `first`, those
+/// that sections before it have; with them those after it.
 pub(super) fn generated(
-    section: &Section,
+    (section, first): (&Section, &mut u64),
     run: &Run,
     ground: &Ground<'_>,
     in_use: &[Vec<String>; 2],
@@ -172,7 +173,7 @@ pub(super) fn generated(
             continue;
         }
         let mut time_s = if direction == Direction::Arrival { 260.0 } else { 30.0 };
-        for number in 0..MOST {
+        for number in *first..MOST {
             let key = DrawKey { run_seed: seed, sensor: 1 + kind as u32, entity: number, scan: 0 };
             let mut rng = key.rng(Purpose::Mover);
             let gap = if profile == Profile::Even { 1.0 } else { exponential(&mut rng) };
@@ -202,7 +203,7 @@ pub(super) fn generated(
                 direction,
                 time_s: at_s,
                 designator: designator.to_owned(),
-                runway: runways[number as usize % runways.len()].clone(),
+                runway: runways[(number - *first) as usize % runways.len()].clone(),
                 place,
                 turn_round_s,
                 other: uniform(&mut rng),
@@ -211,10 +212,11 @@ pub(super) fn generated(
     }
     for (direction, of) in [(Direction::Arrival, "arrivals"), (Direction::Departure, "departures")]
     {
-        if drawn.iter().filter(|d| d.direction == direction).count() as u64 == MOST {
+        if drawn.iter().any(|d| d.direction == direction && d.number + 1 == MOST) {
             left_out.push(format!("{of} after the first {MOST} are left out: no more are drawn"));
         }
     }
+    *first = drawn.iter().map(|d| d.number + 1).max().unwrap_or(*first);
     let count = drawn.len();
     let allotted = allotted(ground, types, &usable, drawn, &smaller);
     let (wanted, none) = on_stands(section.line_of("kind"), ground, &allotted);

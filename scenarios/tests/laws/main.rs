@@ -28,6 +28,7 @@ mod radar;
 mod random_airports;
 mod reported;
 mod scenes;
+mod sections;
 mod short_aprons;
 mod stops;
 mod template;
