@@ -3,6 +3,7 @@
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail, out};
 use clap::Args;
 use scenarios::movements::import::{Imported, import};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -51,10 +52,7 @@ pub fn run(args: &ImportArgs) -> ExitCode {
             ExitCode::SUCCESS
         }
         Some(folder) if folder.is_dir() || folder.extension().is_none() => many(&found, folder),
-        Some(file) => match write(one, file) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(code) => code,
-        },
+        Some(file) => all(&[(one, file.clone())]),
     }
 }
 
@@ -62,25 +60,49 @@ fn many(found: &[Imported], folder: &Path) -> ExitCode {
     if let Err(error) = std::fs::create_dir_all(folder) {
         return fail(FAILED, format!("{}: {error}", folder.display()));
     }
-    for movement in found {
-        // A call sign may hold anything; a name of a file may not.
-        let sound = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-        let name: String = movement.callsign.chars().take(40).map(sound).collect();
-        if let Err(code) = write(movement, &folder.join(format!("{name}.csv"))) {
-            return code;
+    let names = names(found.iter().map(|m| &*m.callsign));
+    let files: Vec<(&Imported, PathBuf)> =
+        found.iter().zip(names).map(|(m, name)| (m, folder.join(name))).collect();
+    all(&files)
+}
+
+/// Names of files for call signs, each another one. A call sign may hold anything; a name of a file may not, and some know no capitals.
+fn names<'a>(callsigns: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut given = BTreeSet::new();
+    let sound = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    callsigns
+        .map(|callsign| {
+            let stem: String = callsign.chars().take(40).map(sound).collect();
+            let mut name = stem.clone();
+            let mut n = 1;
+            while !given.insert(name.to_ascii_lowercase()) {
+                n += 1;
+                name = format!("{stem}_{n}");
+            }
+            name + ".csv"
+        })
+        .collect()
+}
+
+/// Writes movements, and says what a scene would say of them: all or, where a file of theirs is there, none.
+fn all(files: &[(&Imported, PathBuf)]) -> ExitCode {
+    if let Some((_, there)) = files.iter().find(|(_, file)| file.exists()) {
+        let text = format!("{} is there: nothing is written; name another place", there.display());
+        return fail(BAD_INPUT, text);
+    }
+    // The earliest of them begins with the run, the others as much later as they did.
+    let earliest_s = files.iter().map(|(m, _)| m.first_s).fold(f64::INFINITY, f64::min);
+    for (movement, file) in files {
+        if let Err(error) = std::fs::write(file, &movement.csv) {
+            return fail(FAILED, format!("{}: {error}", file.display()));
         }
+        tell(movement, file, movement.first_s - earliest_s);
     }
     ExitCode::SUCCESS
 }
 
-/// Writes a movement, and says what a scene would say of it.
-fn write(movement: &Imported, file: &Path) -> Result<(), ExitCode> {
-    if file.exists() {
-        return Err(fail(BAD_INPUT, format!("{} is there: name another file", file.display())));
-    }
-    if let Err(error) = std::fs::write(file, &movement.csv) {
-        return Err(fail(FAILED, format!("{}: {error}", file.display())));
-    }
+/// What a scene would say of a movement.
+fn tell(movement: &Imported, file: &Path, start_s: f64) {
     let Imported { callsign, designator, records, damaged, lasts_s, .. } = movement;
     let left =
         damaged.iter().map(|(why, n, line)| format!("; {n} with {why} left out (line {line})"));
@@ -91,10 +113,19 @@ fn write(movement: &Imported, file: &Path) -> Result<(), ExitCode> {
         None => ("A320", "  # assumed: the table does not say it"),
     };
     out!(
-        "[[traffic]]\nkind = \"recorded\"\ncallsign = {}\ntype = {}{remark}\nfile = {}\nstart_s = 0\n",
+        "[[traffic]]\nkind = \"recorded\"\ncallsign = {}\ntype = {}{remark}\nfile = {}\nstart_s = {}\n",
         text(callsign),
         text(kind),
-        text(&file.display().to_string())
+        text(&file.display().to_string()),
+        (1e3 * start_s).round() * 1e-3
     );
-    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn each_call_sign_has_a_file_of_its_own() {
+        let found = super::names(["A/1", "a_1", "A.1", "B", "Ä1"].into_iter());
+        assert_eq!(found, ["A_1.csv", "a_1_2.csv", "A_1_3.csv", "B.csv", "_1.csv"]);
+    }
 }

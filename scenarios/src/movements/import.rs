@@ -21,6 +21,8 @@ pub struct Imported {
     pub records: usize,
     /// Records that were not: the reason, how many, and the line of the first.
     pub damaged: Vec<(&'static str, usize, usize)>,
+    /// Time of the first record, as the table counts, s.
+    pub first_s: f64,
     /// From the first to the last record, s.
     pub lasts_s: f64,
 }
@@ -199,15 +201,19 @@ impl Flight {
         let place = if degrees { "lat_deg,lon_deg" } else { "x_m,y_m" };
         let mut csv = format!("time_s,callsign,{place},altitude_m,address,on_ground\n");
         let address = self.address.map_or_else(String::new, |a| format!("{a:06x}"));
+        let name = match callsign.contains([',', '"', '\n', '\r']) {
+            true => format!("\"{}\"", callsign.replace('"', "\"\"")),
+            false => callsign.clone(),
+        };
         for row in &rows {
             let sign = if row.time_ms < 0 { "-" } else { "" };
             let (seconds, ms) = (row.time_ms.abs() / 1000, row.time_ms.abs() % 1000);
             let _ = match row.place {
                 Place::Degrees(lat, lon) => {
-                    write!(csv, "{sign}{seconds}.{ms:03},{callsign},{lat:.7},{lon:.7},")
+                    write!(csv, "{sign}{seconds}.{ms:03},{name},{lat:.7},{lon:.7},")
                 }
                 Place::Metres(x, y) => {
-                    write!(csv, "{sign}{seconds}.{ms:03},{callsign},{x:.2},{y:.2},")
+                    write!(csv, "{sign}{seconds}.{ms:03},{name},{x:.2},{y:.2},")
                 }
             };
             let altitude = row.altitude_m.map_or_else(String::new, |m| format!("{m:.1}"));
@@ -221,6 +227,7 @@ impl Flight {
             csv,
             records: rows.len(),
             damaged: self.damaged.iter().map(|(why, (n, line))| (*why, *n, *line)).collect(),
+            first_s: rows.first().map_or(0.0, |r| r.time_ms as f64 * 1e-3),
             lasts_s: lasts_ms as f64 * 1e-3,
         }
     }
@@ -268,6 +275,19 @@ mod tests {
         let one = of("one", text, &["Swr1"]).expect("one");
         assert_eq!(one, found[1..]);
         assert_eq!(of("again", &own.csv, &[]).expect("ours")[0].csv, own.csv);
+    }
+
+    /// A call sign with the mark that parts cells, and times before others: both are there again in what is written.
+    #[test]
+    fn what_is_written_is_read_again_as_it_was() {
+        let text = "time,callsign,x,y\n100.25,\"A,\"\"1\"\"\",1,2\n101.25,\"A,\"\"1\"\"\",2,2\n-3.5,B,5,5\n-1.5,B,6,5\n";
+        let found = of("quoted", text, &[]).expect("two");
+        let first: Vec<(&str, f64)> = found.iter().map(|m| (&*m.callsign, m.first_s)).collect();
+        assert_eq!(first, [("A,\"1\"", 100.25), ("B", -3.5)]);
+        for movement in &found {
+            let again = of("quoted-again", &movement.csv, &[]).expect("ours");
+            assert_eq!(again, [Imported { designator: None, ..movement.clone() }]);
+        }
     }
 
     #[test]
