@@ -310,16 +310,20 @@ fn text_of(path: &Path) -> Result<String, ScenarioError> {
     let refused =
         |reason: String| ScenarioError::new(path, 0, "file", Problem::Unreadable { reason });
     let octets =
-        crate::files::read(path, crate::LARGEST_DATA).map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => refused(format!(
-                "{error}; airports that come with SEEDS: {}",
-                crate::files::airports().join(", ")
-            )),
-            std::io::ErrorKind::FileTooLarge => refused(format!("{error}; needed is one airport")),
-            _ => refused(error.to_string()),
+        crate::files::read_table(path, crate::LARGEST_DATA).map_err(|error| {
+            match error.kind() {
+                std::io::ErrorKind::NotFound => refused(format!(
+                    "{error}; airports that come with SEEDS: {}",
+                    crate::files::airports().join(", ")
+                )),
+                std::io::ErrorKind::FileTooLarge => {
+                    refused(format!("{error}; needed is one airport"))
+                }
+                _ => refused(error.to_string()),
+            }
         })?;
     let text = String::from_utf8_lossy(&octets);
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
+    Ok(text.into_owned())
 }
 
 const LATITUDE: crate::document::Limits = within(-90.0, 90.0, "deg");

@@ -51,6 +51,27 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(octets)
 }
 
+/// [`read`] without what spreadsheets add: the byte order mark, and the first half of ends of lines (with which readers of tables miscount
+/// them).
+///
+/// # Errors
+/// As [`read`].
+pub fn read_table(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let mut octets = read(path, limit)?;
+    if octets.starts_with("\u{feff}".as_bytes()) {
+        octets.drain(..3);
+    }
+    let mut kept = 0;
+    for i in 0..octets.len() {
+        if octets[i] != b'\r' || octets.get(i + 1) != Some(&b'\n') {
+            octets[kept] = octets[i];
+            kept += 1;
+        }
+    }
+    octets.truncate(kept);
+    Ok(octets)
+}
+
 /// [`read`] as UTF-8 text.
 ///
 /// # Errors

@@ -43,7 +43,7 @@ pub fn read(
         let line = e.position().map_or(1, |p| p.line() as usize);
         error(line, Problem::File { path: file.to_path_buf(), reason: e.to_string() })
     };
-    let octets = crate::files::read(file, crate::LARGEST_DATA)
+    let octets = crate::files::read_table(file, crate::LARGEST_DATA)
         .map_err(|e| error(1, Problem::File { path: file.to_path_buf(), reason: e.to_string() }))?;
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(octets.as_slice());
     let columns = Columns::of(reader.byte_headers().map_err(unreadable)?)

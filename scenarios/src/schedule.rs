@@ -266,9 +266,10 @@ pub(crate) fn read(
                 let problem = Problem::Duplicate { found: w.callsign.clone(), first_line };
                 return Err(ScenarioError::new(&file, w.line, "callsign", problem));
             }
-            let row = types
-                .get(&w.designator)
-                .ok_or_else(|| refuse("type", &w.designator, types.designators().collect()))?;
+            let row = types.get(&w.designator).filter(|t| t.class.aircraft).ok_or_else(|| {
+                let flies = |d: &&str| types.get(d).is_some_and(|t| t.class.aircraft);
+                refuse("type", &w.designator, types.designators().filter(flies).collect())
+            })?;
             let runway = end_named(&network, &w.runway).ok_or_else(|| {
                 let names = network.runways.iter().flat_map(|r| r.names.iter());
                 refuse("runway", &w.runway, names.map(String::as_str).collect())

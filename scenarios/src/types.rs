@@ -126,7 +126,7 @@ impl Rows {
             let problem = Problem::Line { found, needed: "a comma-separated table with a header" };
             ScenarioError::new(file, line, "table", problem)
         };
-        let octets = crate::files::read(file, crate::LARGEST_DATA)
+        let octets = crate::files::read_table(file, crate::LARGEST_DATA)
             .map_err(|error| damaged(1, error.to_string()))?;
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(octets.as_slice());

@@ -60,7 +60,7 @@ const TWICE: &str = "a time that was there before";
 /// With file and line: what cannot be read, is missing, or is none of the table's call signs.
 pub fn import(file: &Path, wanted: &[String]) -> Result<Vec<Imported>, ScenarioError> {
     let error = |line, problem| ScenarioError::new(file, line, "movement", problem);
-    let octets = crate::files::read(file, crate::LARGEST_DATA)
+    let octets = crate::files::read_table(file, crate::LARGEST_DATA)
         .map_err(|e| error(0, Problem::Unreadable { reason: e.to_string() }))?;
     let first = octets.split(|o| *o == b'\n').next().unwrap_or(&[]);
     let count = |mark: u8| first.iter().filter(|o| **o == mark).count();

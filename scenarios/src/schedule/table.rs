@@ -31,7 +31,7 @@ pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
         ScenarioError::new(file, line, column, Problem::Line { found, needed })
     };
     const TABLE: &str = "a comma-separated table with a header";
-    let octets = crate::files::read(file, crate::LARGEST_DATA)
+    let octets = crate::files::read_table(file, crate::LARGEST_DATA)
         .map_err(|e| damaged(1, "schedule", e.to_string(), TABLE))?;
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -150,11 +150,24 @@ pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioE
             let problem = Problem::Line { found: callsign, needed };
             return Err(ScenarioError::new(file, row.line, "callsign", problem));
         }
+        let address = match row.cell("address") {
+            "" => None,
+            text => {
+                let hex = text.strip_prefix("0x").unwrap_or(text);
+                let sound = u32::from_str_radix(hex, 16).ok().filter(|a| *a <= 0xff_ffff);
+                let needed = "an address of 24 bits in hexadecimal, like 4b1800, or nothing";
+                let problem = || Problem::Line { found: text.into(), needed };
+                Some(
+                    sound
+                        .ok_or_else(|| ScenarioError::new(file, row.line, "address", problem()))?,
+                )
+            }
+        };
         let after = row.cell("turnaround_of");
         wanted.push(Wanted {
             line: row.line,
             callsign,
-            address: u32::from_str_radix(row.cell("address"), 16).ok().filter(|a| *a > 0),
+            address: address.filter(|a| *a > 0),
             designator: row.cell("type").into(),
             direction: if departure { Direction::Departure } else { Direction::Arrival },
             runway: row.cell("runway").into(),

@@ -61,3 +61,37 @@ fn a_call_sign_of_two_schedules_is_refused_where_it_comes_again() {
     let told = both.expect_err("twice").to_string();
     assert!(told.contains("b.csv:3") && told.contains("DLH1"), "{told}");
 }
+
+/// A car took off, and an address that nobody can read was none.
+#[test]
+fn rows_that_cannot_be_flown_are_refused() {
+    let folder = std::env::temp_dir().join(format!("seeds-rows-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("s.csv");
+    let told = |row: &str| {
+        // A spreadsheet's mark before the first column, and its ends of lines.
+        let head = "\u{feff}callsign,address,type,movement,runway,stand,sobt,eldt";
+        std::fs::write(&file, format!("{head}\r\n{row}\r\n")).expect("written");
+        let section =
+            format!("[[traffic]]\nkind = \"schedule\"\nfile = {:?}\n", file.display().to_string());
+        loaded(&section).err().map(|e| e.to_string())
+    };
+    let of = |address: &str, designator: &str| {
+        told(&format!("DLH1,{address},{designator},departure,09,C1,2026-05-12T06:05:00Z,"))
+    };
+    let [car, word, long, prefixed, none] = [
+        of("", "FOLLOWME"),
+        of("4b18zz", "A320"),
+        of("14b1800", "A320"),
+        of("0x4b1800", "A320"),
+        of("", "A320"),
+    ];
+    std::fs::remove_dir_all(&folder).expect("removed");
+    let car = car.expect("refused");
+    assert!(car.contains("s.csv:2: type") && !car.contains("BUS"), "{car}");
+    for refused in [word, long] {
+        let told = refused.expect("refused");
+        assert!(told.contains("s.csv:2: address"), "{told}");
+    }
+    assert_eq!((prefixed, none), (None, None));
+}
