@@ -178,6 +178,8 @@ pub struct Details {
     pub vehicle_places: Vec<(Point2<f64>, String)>,
     /// Protected areas.
     pub areas: Vec<Area>,
+    /// Whether edges that cross without a node are joined where they do (else a bridge is assumed, or a tunnel).
+    pub mend_crossings: bool,
     /// Runways that are closed for a time, by the name of one of their ends: from, until.
     pub closures: Vec<(String, [SimTime; 2])>,
 }

@@ -81,6 +81,7 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
         files.extend(network.files(file));
         network.into_airport(&frame, width_m, &mut layout, &mut report);
     }
+    layout.details.mend_crossings = section.flag("mend_crossings")?.unwrap_or(false);
     let radius_m = section.number_or("radius_m", 10_000.0, within(500.0, 50_000.0, "m"))?;
     let mut airport = AirportScene { layout, reference, frame, radius_m, cab_m: None, report };
     if let Some(file) = overlay_file {

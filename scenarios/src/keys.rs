@@ -151,6 +151,11 @@ pub(crate) const AIRPORT: &[Key] = &[
         "Width of taxiways of which the layout says none",
     )
     .or("23"),
+    Key::flag(
+        "mend_crossings",
+        "Whether taxiways that cross without a node are joined there; else one is taken for a bridge",
+    )
+    .or("false"),
 ];
 
 pub(crate) const TOWER: &[Key] = &[

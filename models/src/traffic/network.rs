@@ -176,7 +176,7 @@ impl Network {
         let mut net = Self::default();
         net.copy(airport);
         net.clean();
-        net.crossings();
+        net.crossings(airport.details.mend_crossings);
         net.spines();
         net.holds(airport);
         net.turn_pads();
@@ -359,11 +359,16 @@ impl Network {
             return second;
         }
         let node = self.add_node(name, a + (b - a) * (place_m / length).clamp(0.0, 1.0));
+        self.cut_at(edge, node);
+        node
+    }
+
+    /// Cuts an edge at a node that lies on it; the rest is the last edge.
+    fn cut_at(&mut self, edge: usize, node: usize) {
         let mut rest = self.edges[edge].clone();
-        rest.nodes = [node, second];
+        rest.nodes[0] = node;
         self.edges[edge].nodes[1] = node;
         self.edges.push(rest);
-        node
     }
 }
 
