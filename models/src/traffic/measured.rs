@@ -1,6 +1,9 @@
 //! Measures of the traffic of a run, from truth (traffic.md 10).
 
-use super::core::{Core, Direction};
+use super::core::{Core, Direction, Flight, Measures};
+use super::delivered::{
+    Separations, keeps_slot, of_landings, of_take_offs, quantile, take_off_delay_s,
+};
 
 /// A measure with its unit; empty for a count.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +21,9 @@ const CO2: f64 = 3.16;
 /// The hour and the quarter of an hour in which most movements are counted, s.
 const SPANS: [(&str, f64); 2] = [("peak_hour", 3600.0), ("peak_quarter", 900.0)];
 
-/// What a core has done up to now: service, taxi times, stops, delay, fuel, and by runway end movements, the most of them within an
-/// hour and a quarter of one, and how long a movement had it. Means are absent where nothing was measured.
+/// What a core has done up to now: service, taxi times, stops, delays, slots kept, fuel, and by runway end movements, the most of them
+/// within an hour and a quarter of one, how long a movement had it, and how far beyond what is needed one was behind the other. Means
+/// are absent where nothing was measured.
 #[must_use]
 pub fn measured(core: &Core) -> Vec<Measured> {
     let mut out = Vec::new();
@@ -41,16 +45,32 @@ pub fn measured(core: &Core) -> Vec<Measured> {
     put("unexpected_deadlocks", core.unexpected_deadlocks() as f64, "");
     put("go_arounds", all.iter().map(|m| f64::from(m.go_arounds)).sum(), "");
     let fuel_kg: f64 = all.iter().map(|m| m.fuel_kg).sum();
+    let own = |measure: fn(&Flight, &Measures) -> Option<f64>| -> Option<f64> {
+        mean(
+            of(Direction::Departure).filter_map(|f| measure(&core.flights()[f], &core.measures(f))),
+        )
+    };
+    let kept = |flight: &Flight, measures: &Measures| {
+        keeps_slot(flight, measures).map(|kept| if kept { 100.0 } else { 0.0 })
+    };
+    let added = |of: &[&Measures]| of.iter().filter_map(|m| m.additional_s()).collect::<Vec<_>>();
+    let [added_in, added_out] = [added(&arrivals), added(&departures)];
     let taxied = || all.iter().filter(|m| m.taxi_s.is_some());
     let means = [
         ("taxi_mean", mean(all.iter().filter_map(|m| m.taxi_s)), "s"),
         ("taxi_out_mean", mean(departures.iter().filter_map(|m| m.taxi_s)), "s"),
         ("taxi_in_mean", mean(arrivals.iter().filter_map(|m| m.taxi_s)), "s"),
         ("additional_mean", mean(all.iter().filter_map(|m| m.additional_s())), "s"),
+        ("taxi_out_additional_mean", mean(added_out.iter().copied()), "s"),
+        ("taxi_out_additional_95_percent", quantile(added_out, 0.95), "s"),
+        ("taxi_in_additional_mean", mean(added_in.iter().copied()), "s"),
+        ("taxi_in_additional_95_percent", quantile(added_in, 0.95), "s"),
         ("stops_mean", mean(taxied().map(|m| f64::from(m.stops))), ""),
         ("stopped_mean", mean(taxied().map(|m| m.stopped_s)), "s"),
         ("off_block_delay_mean", mean(delays_s(core, of(Direction::Departure), true)), "s"),
+        ("take_off_delay_mean", own(take_off_delay_s), "s"),
         ("landing_delay_mean", mean(delays_s(core, of(Direction::Arrival), false)), "s"),
+        ("slots_kept", own(kept), "%"),
     ];
     for (name, value, unit) in means {
         if let Some(value) = value {
@@ -67,6 +87,7 @@ pub fn measured(core: &Core) -> Vec<Measured> {
             let left =
                 of(Direction::Departure).filter(here).filter_map(|f| core.measures(f).atot_s);
             let (landed, left) = (landed.collect::<Vec<_>>(), left.collect::<Vec<_>>());
+            let on = |direction| of(direction).filter(here).collect::<Vec<_>>();
             if landed.is_empty() && left.is_empty() {
                 continue;
             }
@@ -76,6 +97,15 @@ pub fn measured(core: &Core) -> Vec<Measured> {
             times_s.sort_by(f64::total_cmp);
             for (what, span_s) in SPANS {
                 put(&format!("{what} {name}"), most_within(&times_s, span_s) as f64, "");
+            }
+            let separated = [
+                ("landing", of_landings(core, &on(Direction::Arrival), core.head_on_mps((r, end)))),
+                ("take_off", of_take_offs(core, &on(Direction::Departure))),
+            ];
+            for (what, found) in separated {
+                let Some(Separations { mean_surplus_s, violations }) = found else { continue };
+                put(&format!("{what}_surplus_mean {name}"), mean_surplus_s, "s");
+                put(&format!("{what}s_too_close {name}"), violations as f64, "");
             }
             for (what, kind) in [("landing", "LND"), ("take_off", "LUP")] {
                 let occupied = occupied_s(core, kind, name);

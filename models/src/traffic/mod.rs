@@ -9,6 +9,7 @@ pub mod ahead;
 mod arcs;
 pub mod check;
 pub mod core;
+mod delivered;
 pub mod exact;
 pub mod measured;
 pub mod network;

@@ -20,6 +20,7 @@ mod hostile_movements;
 mod hours;
 mod incursions;
 mod keys;
+mod measures;
 mod midnight;
 mod offline;
 mod overlay;
