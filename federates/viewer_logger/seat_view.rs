@@ -103,9 +103,9 @@ impl SeatView {
         let mut truth = vec![false; entities.len()];
         let controls = !self.only_aboard();
         let mut look = |eye: [f64; 3]| {
-            let far_m = sight_m(weather, eye);
             for (keep, other) in truth.iter_mut().zip(&entities) {
-                *keep |= in_sight(eye, middle_of(other), far_m, air.blocks);
+                let to = middle_of(other);
+                *keep |= in_sight(eye, to, sight_m(weather, eye, to), air.blocks);
             }
         };
         let aboard = |callsign: &str| entities.iter().position(|e| e.callsign == callsign);
@@ -158,10 +158,11 @@ fn middle_of(other: &Entity) -> [f64; 3] {
     [x, y, up.max(0.0) + 0.5 * height_m]
 }
 
-/// How far one sees at a place, m; infinite where the air is clear.
-fn sight_m(weather: Option<&WeatherNotice>, eye: [f64; 3]) -> f64 {
+/// How far one sees from `eye` towards a place, m: in the rain halfway there; infinite where the air is clear.
+fn sight_m(weather: Option<&WeatherNotice>, eye: [f64; 3], to: [f64; 3]) -> f64 {
     let Some(w) = weather else { return f64::INFINITY };
-    let over = |c: &&[f64; 4]| libm::hypot(eye[0] - c[0], eye[1] - c[1]) <= c[2];
+    let [x, y] = [0, 1].map(|i| 0.5 * (eye[i] + to[i]));
+    let over = |c: &&[f64; 4]| libm::hypot(x - c[0], y - c[1]) <= c[2];
     let rain = w.cells.iter().filter(over).map(|c| c[3]).fold(w.rain_mm_per_h, f64::max);
     let fog = if w.visibility_m.is_finite() { FIVE_PERCENT / w.visibility_m.max(1.0) } else { 0.0 };
     FIVE_PERCENT / (fog + 0.248e-3 * libm::pow(rain.max(0.0), 0.67))

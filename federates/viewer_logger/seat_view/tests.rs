@@ -174,10 +174,15 @@ fn a_line_over_a_roof_is_not_hidden_and_one_below_it_is() {
         cells: vec![[0.0, 0.0, 10.0, 50.0]],
         ..weather(rain)
     };
-    assert!((sight_m(Some(&air(0.0, 1000.0)), [99.0, 0.0, 1.0]) - 1000.0).abs() < 0.1);
-    assert!(sight_m(Some(&air(0.0, 1000.0)), [5.0, 0.0, 1.0]) < 600.0, "inside the cell");
-    assert_eq!(sight_m(Some(&air(0.0, f64::INFINITY)), [99.0, 0.0, 1.0]), f64::INFINITY);
-    assert_eq!(sight_m(None, [0.0; 3]), f64::INFINITY);
+    let (dry, wet) = ([99.0, 0.0, 1.0], [5.0, 0.0, 1.0]);
+    assert!((sight_m(Some(&air(0.0, 1000.0)), dry, dry) - 1000.0).abs() < 0.1);
+    assert!(sight_m(Some(&air(0.0, 1000.0)), wet, wet) < 600.0, "inside the cell");
+    assert_eq!(sight_m(Some(&air(0.0, f64::INFINITY)), dry, dry), f64::INFINITY);
+    assert_eq!(sight_m(None, [0.0; 3], [0.0; 3]), f64::INFINITY);
+    // Over the cell from side to side: the air halfway counts, not that at either end.
+    let other_side = [-99.0, 0.0, 1.0];
+    assert!(sight_m(Some(&air(0.0, 1000.0)), dry, other_side) < 600.0, "the cell is between");
+    assert!((sight_m(Some(&air(0.0, 1000.0)), wet, [5.0, 300.0, 1.0]) - 1000.0).abs() < 0.1);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 import { Asks, eyeOf, outOf, troubleOf } from "./eye_address.js";
 import { decode, setWords } from "./frame.js";
 import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
-import { backgroundOf, extinction, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
+import { backgroundOf, extinction, extinctionTo, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
 import { worn } from "./eye_lamps.js";
 import { aircraft, board, flats, lamps, Mesh, solids, vehicle } from "./eye_scene.js";
 import { Renderer } from "./eye_gl.js";
@@ -199,7 +199,7 @@ function light(eye) {
   const fog = sightM(beta) < 5000, direct = night ? 0 : fog ? 0 : 0.55 * Math.min(1, Math.max(0, sun) / 15);
   const s = (Math.max(3, sun) * Math.PI) / 180;
   return {
-    beta, sight: sightM(beta), visibility: w?.visibility_m ?? null, background, night, exposure: night ? 0.05 : 0.62, horizon: [1, 1, 1], zenith: fog ? [1, 1, 1] : [0.38, 0.55, 0.95],
+    beta, betaTo: (to) => extinctionTo(w, eye, to), fog: extinction(w?.visibility_m), rain: w?.rain_mm_per_h ?? 0, cells: w?.cells ?? [], visibility: w?.visibility_m ?? null, background, night, exposure: night ? 0.05 : 0.62, horizon: [1, 1, 1], zenith: fog ? [1, 1, 1] : [0.38, 0.55, 0.95],
     sun: [0.6 * Math.cos(s), -0.8 * Math.cos(s), Math.sin(s)], sunLight: direct, skyLight: night ? 0.35 : 0.85, wet: (w?.film_mm ?? 0) > 0.1 ? 1 : 0, threshold: threshold(background),
   };
 }
@@ -214,7 +214,7 @@ function targetsAt(dt) {
 
 function visible() {
   const { eye, look, own } = pose(), l = light(eye);
-  return seen({ eye, look, fov: state.fov, aspect: aspect(), sight: l.sight }, targetsAt(age()).filter((t) => t.key !== own), state.airport?.blocks ?? []);
+  return seen({ eye, look, fov: state.fov, aspect: aspect(), sight: (to) => sightM(l.betaTo(to)) }, targetsAt(age()).filter((t) => t.key !== own), state.airport?.blocks ?? []);
 }
 
 // ---- pictures ----
@@ -451,7 +451,7 @@ function marks() {
 function lampOf(id) {
   const { eye, own } = pose(), l = light(eye), lamp = [...(made.lampList ?? []), ...wornLamps({ eye, own }, age())].find((x) => x.id === id);
   if (!lamp) return null;
-  const E = illuminance(lamp.cd, l.beta, Math.hypot(...lamp.at.map((v, i) => v - eye[i])));
+  const E = illuminance(lamp.cd, l.betaTo(lamp.at), Math.hypot(...lamp.at.map((v, i) => v - eye[i])));
   return { E, E_T: l.threshold, seen: E >= l.threshold && !(state.airport.blocks ?? []).some((b) => hidden(eye, lamp.at, b)) };
 }
 Object.defineProperty(window, "__eye", {

@@ -1,9 +1,23 @@
 // Draws the eye's view with WebGL 2: sky, what lies flat (painter's order), what stands, lamps. The light is that of eye_light.js, for
 // every pixel by its distance from the eye, encoded to sRGB and dithered by half a step, so that small contrasts are right in the mean.
 
-const AIR = `
-uniform vec3 uEye; uniform float uBeta, uExposure; uniform vec3 uHorizon;
-vec3 air(vec3 l, vec3 at) { float t = exp(-uBeta * distance(at, uEye)); return l * t + uHorizon * (1.0 - t); }
+/** Rain cells that a picture knows, at most: as many as a weather notice has. */
+const MOST_CELLS = 100;
+
+/** Extinction on the line from the eye: fog everywhere, the rain that falls halfway (eye_light.js, extinctionTo). */
+const LINE = `
+uniform vec3 uEye; uniform float uFog, uRain; uniform vec4 uCells[${MOST_CELLS}]; uniform int uCellCount; // east, north, radius, mm/h
+float extinctionTo(vec3 at) {
+  vec2 middle = 0.5 * (uEye.xy + at.xy);
+  float rain = uRain;
+  for (int i = 0; i < uCellCount; i++) if (distance(middle, uCells[i].xy) <= uCells[i].z) rain = max(rain, uCells[i].w);
+  return uFog + 0.248e-3 * pow(max(rain, 1e-9), 0.67);
+}
+float through(vec3 at) { return exp(-extinctionTo(at) * distance(at, uEye)); }`;
+
+const AIR = `${LINE}
+uniform float uExposure; uniform vec3 uHorizon;
+vec3 air(vec3 l, vec3 at) { float t = through(at); return l * t + uHorizon * (1.0 - t); }
 vec3 encoded(vec3 l) {
   vec3 x = clamp(l * uExposure, 0.0, 1.0);
   vec3 s = mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
@@ -56,10 +70,11 @@ void main() {
 
 const LAMP = [`#version 300 es
 layout(location=0) in vec3 aAt; layout(location=1) in vec4 aLamp; // colour, candela
-uniform mat4 uMatrix; uniform vec3 uEye; uniform float uBeta, uThreshold;
+uniform mat4 uMatrix; uniform float uThreshold;
+${LINE}
 out vec4 vColour;
 void main() {
-  float d = max(5.0, distance(aAt, uEye)), e = aLamp.w * exp(-uBeta * d) / (d * d), over = e / uThreshold;
+  float d = max(5.0, distance(aAt, uEye)), e = aLamp.w * exp(-extinctionTo(aAt) * d) / (d * d), over = e / uThreshold;
   gl_Position = over < 1.0 ? vec4(2.0, 2.0, 2.0, 1.0) : uMatrix * vec4(aAt, 1.0);
   gl_PointSize = clamp(2.0 + 0.6 * log2(max(over, 1.0)), 2.0, 9.0);
   vColour = vec4(aLamp.rgb, clamp(0.25 + 0.12 * log2(max(over, 1.0)), 0.25, 1.0));
@@ -115,7 +130,7 @@ export class Renderer {
     this.gl.deleteBuffer(mesh.buffer);
   }
 
-  /** One picture. light: { beta, exposure, horizon, zenith, sun, sunLight, skyLight, wet, threshold }; view: { matrix, eye, ahead, right, up }. */
+  /** One picture. light: { fog, rain, cells, exposure, horizon, zenith, sun, sunLight, skyLight, wet, threshold }; view: { matrix, eye, ahead, right, up }. */
   draw(light, view, { flats, solids, boards, models, lamps, worn }) {
     const { gl } = this;
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
@@ -124,7 +139,11 @@ export class Renderer {
     const common = ({ program, at }) => {
       gl.useProgram(program);
       gl.uniform3fv(at("uEye"), view.eye);
-      gl.uniform1f(at("uBeta"), light.beta);
+      gl.uniform1f(at("uFog"), light.fog);
+      gl.uniform1f(at("uRain"), light.rain);
+      const cells = light.cells.slice(0, MOST_CELLS);
+      gl.uniform1i(at("uCellCount"), cells.length);
+      if (cells.length) gl.uniform4fv(at("uCells"), cells.flat());
       gl.uniform1f(at("uExposure"), light.exposure);
       gl.uniform3fv(at("uHorizon"), light.horizon);
       gl.uniformMatrix4fv(at("uMatrix"), false, view.matrix);

@@ -75,6 +75,11 @@ export function backgroundOf(elevationDeg) {
   return 10 ** (e1 === e0 ? l0 : l0 + ((elevationDeg - e0) / (e1 - e0)) * (l1 - l0));
 }
 
+/** Extinction, 1/m, on the line from an eye to a place, [east, north, …] m: in the rain that falls halfway. */
+export function extinctionTo(weather, eye, to) {
+  return extinction(weather?.visibility_m, rainAt(weather, 0.5 * (eye[0] + to[0]), 0.5 * (eye[1] + to[1])));
+}
+
 /** Rain, mm/h, at a place: the heaviest cell there, else what falls everywhere. */
 export function rainAt(weather, x, y) {
   const cells = (weather?.cells ?? []).filter(([cx, cy, r]) => Math.hypot(x - cx, y - cy) <= r).map((c) => c[3]);

@@ -34,7 +34,7 @@ export function hidden(from, to, { ring, height_m: height }) {
 export function seen({ eye, look, fov, aspect, sight }, targets, blocks = []) {
   return targets.filter((t) => {
     const p = project(t.at, eye, look, fov, aspect);
-    return p.ahead > 0 && Math.abs(p.x) <= 1 && Math.abs(p.y) <= 1 && p.distance < sight && !blocks.some((b) => hidden(eye, t.at, b));
+    return p.ahead > 0 && Math.abs(p.x) <= 1 && Math.abs(p.y) <= 1 && p.distance < (typeof sight === "function" ? sight(t.at) : sight) && !blocks.some((b) => hidden(eye, t.at, b));
   }).map((t) => t.id);
 }
 

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Asks, eyeOf, outOf, troubleOf } from "../web/eye_address.js";
-import { backgroundOf, contrastTo, extinction, illuminance, lampRange, rainAt, rvr, sightM, sunElevation, threshold, through } from "../web/eye_light.js";
+import { backgroundOf, contrastTo, extinction, extinctionTo, illuminance, lampRange, rainAt, rvr, sightM, sunElevation, threshold, through } from "../web/eye_light.js";
 import { lit, worn } from "../web/eye_lamps.js";
 import { aboard, hidden, matrix, outlook, project, seen } from "../web/eye_see.js";
 
@@ -65,6 +65,9 @@ test("no figure is lost in wild weather", () => {
   assert.equal(rvr(extinction(100), 10_000) % 25, 0);
   assert.equal(sightM(0), Infinity);
   assert.equal(rainAt({ rain_mm_per_h: 2, cells: [[0, 0, 100, 30]] }, 50, 0), 30);
+  const shower = { visibility_m: 5000, rain_mm_per_h: 2, cells: [[0, 0, 100, 30]] };
+  assert.equal(extinctionTo(shower, [-400, 0, 40], [420, 10, 2]), extinction(5000, 30), "it falls halfway");
+  assert.equal(extinctionTo(shower, [0, 0, 40], [420, 10, 2]), extinction(5000, 2), "it falls on the eye alone");
   assert.ok(backgroundOf(-30) === 1 && backgroundOf(60) === 10_000 && backgroundOf(0) > 100);
 });
 
@@ -184,4 +187,11 @@ test("a picture that is not of now says why", () => {
   for (const link of ["lost", "silent"]) assert.match(troubleOf({ link, refused: "no such run" }), /stands/);
   assert.equal(troubleOf({ link: "open", refused: "no such run" }), "no such run");
   assert.match(troubleOf({ link: "open", unreadable: true }), /another version/);
+});
+
+test("how far one sees may depend on where one looks", () => {
+  const eye = { eye: [0, 0, 10], look: [0, 0], fov: 60, aspect: 1.6 };
+  const targets = [{ id: "LEFT", at: [-200, 900, 10] }, { id: "RIGHT", at: [200, 900, 10] }];
+  assert.deepEqual(seen({ ...eye, sight: (at) => (at[0] < 0 ? 500 : 5000) }, targets), ["RIGHT"]);
+  assert.deepEqual(seen({ ...eye, sight: 5000 }, targets), ["LEFT", "RIGHT"]);
 });
