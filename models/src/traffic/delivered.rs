@@ -10,6 +10,8 @@ const STREAM_S: f64 = 300.0;
 const SLACK_S: f64 = 1.0;
 /// A slot is kept from so long before its time to so long after it, s (traffic.md 4.3).
 const SLOT_S: [f64; 2] = [-300.0, 600.0];
+/// A start-up approval holds for so long before and after its time, s (traffic.md 4.3).
+const START_UP_S: f64 = 300.0;
 
 /// Of one kind of movement on one runway.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +68,12 @@ pub(super) fn take_off_delay_s(flight: &Flight, measures: &Measures) -> Option<f
 pub(super) fn keeps_slot(flight: &Flight, measures: &Measures) -> Option<bool> {
     let late_s = measures.atot_s? - flight.ctot_s?;
     Some((SLOT_S[0]..=SLOT_S[1]).contains(&late_s))
+}
+
+/// Whether a departure left its stand within its start-up approval; `None` where there is none, or before it did.
+pub(super) fn keeps_start_up(core: &Core, flight: usize) -> Option<bool> {
+    let late_s = core.measures(flight).aobt_s? - core.milestones(flight)?.tsat_s;
+    Some(late_s.abs() <= START_UP_S)
 }
 
 /// The value that a share of all is not beyond (the nearest rank); `None` of none.

@@ -1,8 +1,8 @@
 //! Measures of the traffic of a run, from truth (traffic.md 10).
 
-use super::core::{Core, Direction, Flight, Measures};
+use super::core::{Core, Direction, Measures};
 use super::delivered::{
-    Separations, keeps_slot, of_landings, of_take_offs, quantile, take_off_delay_s,
+    Separations, keeps_slot, keeps_start_up, of_landings, of_take_offs, quantile, take_off_delay_s,
 };
 
 /// A measure with its unit; empty for a count.
@@ -45,14 +45,12 @@ pub fn measured(core: &Core) -> Vec<Measured> {
     put("unexpected_deadlocks", core.unexpected_deadlocks() as f64, "");
     put("go_arounds", all.iter().map(|m| f64::from(m.go_arounds)).sum(), "");
     let fuel_kg: f64 = all.iter().map(|m| m.fuel_kg).sum();
-    let own = |measure: fn(&Flight, &Measures) -> Option<f64>| -> Option<f64> {
-        mean(
-            of(Direction::Departure).filter_map(|f| measure(&core.flights()[f], &core.measures(f))),
-        )
-    };
-    let kept = |flight: &Flight, measures: &Measures| {
-        keeps_slot(flight, measures).map(|kept| if kept { 100.0 } else { 0.0 })
-    };
+    let leaving = || of(Direction::Departure).map(|f| (&core.flights()[f], core.measures(f)));
+    let percent = |kept: bool| if kept { 100.0 } else { 0.0 };
+    let kept = mean(leaving().filter_map(|(f, m)| keeps_slot(f, &m)).map(percent));
+    let take_off_delay = mean(leaving().filter_map(|(f, m)| take_off_delay_s(f, &m)));
+    let start_ups =
+        mean(of(Direction::Departure).filter_map(|f| keeps_start_up(core, f)).map(percent));
     let added = |of: &[&Measures]| of.iter().filter_map(|m| m.additional_s()).collect::<Vec<_>>();
     let [added_in, added_out] = [added(&arrivals), added(&departures)];
     let taxied = || all.iter().filter(|m| m.taxi_s.is_some());
@@ -68,9 +66,10 @@ pub fn measured(core: &Core) -> Vec<Measured> {
         ("stops_mean", mean(taxied().map(|m| f64::from(m.stops))), ""),
         ("stopped_mean", mean(taxied().map(|m| m.stopped_s)), "s"),
         ("off_block_delay_mean", mean(delays_s(core, of(Direction::Departure), true)), "s"),
-        ("take_off_delay_mean", own(take_off_delay_s), "s"),
+        ("take_off_delay_mean", take_off_delay, "s"),
         ("landing_delay_mean", mean(delays_s(core, of(Direction::Arrival), false)), "s"),
-        ("slots_kept", own(kept), "%"),
+        ("slots_kept", kept, "%"),
+        ("start_ups_kept", start_ups, "%"),
     ];
     for (name, value, unit) in means {
         if let Some(value) = value {

@@ -74,6 +74,7 @@ fn separations_and_delays_are_those_of_the_movements() {
         let mean = value(&core, "taxi_out_additional_mean").expect("told");
         assert!((mean - added.iter().sum::<f64>() / added.len() as f64).abs() < 1e-9);
         assert_eq!(value(&core, "slots_kept"), None, "nobody has a slot");
+        assert_eq!(value(&core, "start_ups_kept"), None, "nobody waits for a start-up approval");
     }
 }
 
@@ -99,6 +100,13 @@ fn slots_count_from_five_minutes_before_to_ten_after() {
     assert!(kept >= 1, "{late:?}");
     let share = value(&core, "slots_kept").expect("told");
     assert!((share - 100.0 * kept as f64 / 3.0).abs() < 1e-9, "{share} {late:?}");
+    let kept = |f: &usize| {
+        let tsat_s = core.milestones(*f).expect("in the sequence").tsat_s;
+        (core.measures(*f).aobt_s.expect("left") - tsat_s).abs() <= 300.0
+    };
+    let start_ups = 100.0 * (0..4).filter(kept).count() as f64 / 4.0;
+    let told = value(&core, "start_ups_kept").expect("told");
+    assert!(start_ups > 0.0 && (told - start_ups).abs() < 1e-9, "{told} {start_ups}");
     // Delay counts from the begin of the slot where that is later than the way alone.
     let alone = |f: usize| core.flights()[f].time_s + core.measures(f).unhindered_s;
     let from = |f: usize| {
