@@ -5,7 +5,8 @@ import { decode, setWords } from "./frame.js";
 import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
 import { backgroundOf, extinction, extinctionTo, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
 import { worn } from "./eye_lamps.js";
-import { aircraft, board, flats, lamps, Mesh, solids, vehicle } from "./eye_scene.js";
+import { faces, fixed, slopes, switched } from "./eye_ground.js";
+import { aircraft, board, flats, Mesh, solids, vehicle } from "./eye_scene.js";
 import { Renderer } from "./eye_gl.js";
 import { Link } from "./link.js";
 import { MapView } from "./map.js";
@@ -67,7 +68,9 @@ const link = new Link({
       state.looked = Boolean(state.turned); // another run: other traffic
       build();
       map?.setAirport(message.map);
-    } else if (message.type === "weather") state.notices = message.notices;
+      state.lights = null;
+    } else if (message.type === "lights") state.lights = message.state;
+    else if (message.type === "weather") state.notices = message.notices;
     else if (message.type === "driven") wheel.take(message.state);
     else if (message.type === "state") state.rate = message.state.phase === "RUNNING" ? message.state.achieved_rate || message.state.rate || 0 : 0;
     else if (message.type === "runs") asks.runs(message.shown);
@@ -233,8 +236,14 @@ function lampsFor(night) {
   if (made.lampsOf === night) return;
   made.lampsOf = night;
   gl.free(made.lamps);
-  made.lampList = lamps(state.airport, night);
-  made.lamps = gl.upload(lampVertices(made.lampList), [3, 4]);
+  made.lampList = fixed(state.airport, night);
+  made.lamps = gl.upload(lampVertices(made.lampList), LAMP_SIZES);
+}
+
+/** Lamps that change with the time or the eye: stop bars and runway status lights, approach slopes, those of movers. */
+function changing({ eye, own }, dt) {
+  const { night } = light(eye);
+  return state.airport ? [...switched(state.lights, night), ...slopes(state.airport, eye, night), ...wornLamps({ eye, own }, dt)] : [];
 }
 
 /** Lamps of all movers as they are seen from `eye` now, but those of whom one looks out of. */
@@ -244,7 +253,9 @@ function wornLamps({ eye, own }, dt) {
   return targetsAt(dt).filter((m) => m.key !== own).flatMap(({ truth, ground: place }) => worn(made.ground, truth, place, eye, timeS, state.rate > 0 && state.scan.newest));
 }
 
-const lampVertices = (list) => new Float32Array(list.flatMap((l) => [...l.at, ...l.colour, l.cd]));
+/** Numbers of a lamp: place, colour and candela, side to which it shines (0: around). */
+const LAMP_SIZES = [3, 4, 2];
+const lampVertices = (list) => new Float32Array(list.flatMap((l) => [...l.at, ...l.colour, l.cd, ...(l.aim ?? [0, 0])]));
 
 function shapeOf(t) {
   const key = `${t.aircraft} ${t.lengthM} ${t.spanM} ${t.aircraft ? "" : t.designator}`;
@@ -284,7 +295,7 @@ function paint() {
   gl.free(made.boards);
   made.boards = boards.data.length ? gl.upload(boards.array()) : null;
   gl.free(made.worn);
-  made.worn = gl.upload(lampVertices(wornLamps({ eye, own }, dt)), [3, 4]);
+  made.worn = gl.upload(lampVertices(changing({ eye, own }, dt)), LAMP_SIZES);
   const t = Math.tan((state.fov * Math.PI) / 360), { ahead, right, up } = axes(look);
   const view = { matrix: matrix(eye, look, state.fov, aspect()), eye, ahead, right: right.map((v) => v * t * aspect()), up: up.map((v) => v * t) };
   const models = targetsAt(dt).filter((m) => m.key !== own).map(({ truth, ground }) => ({
@@ -449,10 +460,10 @@ function marks() {
   });
 }
 function lampOf(id) {
-  const { eye, own } = pose(), l = light(eye), lamp = [...(made.lampList ?? []), ...wornLamps({ eye, own }, age())].find((x) => x.id === id);
+  const { eye, own } = pose(), l = light(eye), lamp = [...(made.lampList ?? []), ...changing({ eye, own }, age())].find((x) => x.id === id);
   if (!lamp) return null;
   const E = illuminance(lamp.cd, l.betaTo(lamp.at), Math.hypot(...lamp.at.map((v, i) => v - eye[i])));
-  return { E, E_T: l.threshold, seen: E >= l.threshold && !(state.airport.blocks ?? []).some((b) => hidden(eye, lamp.at, b)) };
+  return { E, E_T: l.threshold, seen: E >= l.threshold && faces(lamp, eye) && !(state.airport.blocks ?? []).some((b) => hidden(eye, lamp.at, b)) };
 }
 Object.defineProperty(window, "__eye", {
   value: Object.freeze(Object.defineProperties({}, Object.fromEntries(Object.entries({

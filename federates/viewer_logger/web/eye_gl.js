@@ -69,13 +69,14 @@ void main() {
 }`];
 
 const LAMP = [`#version 300 es
-layout(location=0) in vec3 aAt; layout(location=1) in vec4 aLamp; // colour, candela
+layout(location=0) in vec3 aAt; layout(location=1) in vec4 aLamp; layout(location=2) in vec2 aAim; // colour, candela; side
 uniform mat4 uMatrix; uniform float uThreshold;
 ${LINE}
 out vec4 vColour;
 void main() {
   float d = max(5.0, distance(aAt, uEye)), e = aLamp.w * exp(-extinctionTo(aAt) * d) / (d * d), over = e / uThreshold;
-  gl_Position = over < 1.0 ? vec4(2.0, 2.0, 2.0, 1.0) : uMatrix * vec4(aAt, 1.0);
+  bool turned = dot(aAim, aAim) > 0.0 && dot(aAim, uEye.xy - aAt.xy) <= 0.0;
+  gl_Position = turned || over < 1.0 ? vec4(2.0, 2.0, 2.0, 1.0) : uMatrix * vec4(aAt, 1.0);
   gl_PointSize = clamp(2.0 + 0.6 * log2(max(over, 1.0)), 2.0, 9.0);
   vColour = vec4(aLamp.rgb, clamp(0.25 + 0.12 * log2(max(over, 1.0)), 0.25, 1.0));
 }`, `#version 300 es

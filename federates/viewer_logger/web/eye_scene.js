@@ -1,6 +1,7 @@
 // The geometry of the eye's view: plain arrays of vertices out of the airport's map and the targets' dimensions. No DOM here.
 // A vertex is nine figures: position (m, x east, y north, z up), normal, colour (share of light given back; normal 0: own luminance).
 
+import { designatorLines } from "./eye_ground.js";
 import { runwayRing } from "./situation.js";
 
 export const GRASS = [0.11, 0.16, 0.07], PAVEMENT = [0.2, 0.2, 0.2], RUNWAY = [0.13, 0.13, 0.14], PAINT = [0.75, 0.75, 0.73], YELLOW = [0.7, 0.55, 0.08];
@@ -94,10 +95,11 @@ export function flats(airport) {
   for (const { rings } of airport.pavements) area(rings[0], PAVEMENT);
   for (const way of airport.taxiways) for (let i = 1; i < way.points_m.length; i++) band(way.points_m[i - 1], way.points_m[i], 0.5, YELLOW);
   for (const runway of airport.runways) marked(mesh, area, band, runway);
+  for (const { ends_m: [a, b] } of airport.holds ?? []) band(a, b, 1, YELLOW);
   return mesh;
 }
 
-/** A runway with its paint: sides, centre line, threshold bars, aiming points. */
+/** A runway with its paint: sides, centre line, threshold bars, designators, aiming points. */
 function marked(mesh, area, band, runway) {
   area(runwayRing(runway, 0), RUNWAY);
   const [a, b] = runway.ends, l = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, u = [(b[0] - a[0]) / l, (b[1] - a[1]) / l], w = runway.width_m;
@@ -109,6 +111,7 @@ function marked(mesh, area, band, runway) {
     for (let k = 0; k < bars; k++) for (const side of [-1, 1]) band(p(from(6), side * (1.8 + 3.6 * k)), p(from(36), side * (1.8 + 3.6 * k)), 1.8, PAINT);
     if (l > 1500) for (const side of [-1, 1]) band(p(from(300), side * 11), p(from(345), side * 11), 6, PAINT);
   }
+  if (w >= 18) for (const [from, to] of designatorLines(runway)) band(from, to, 0.9, PAINT);
 }
 
 /** What stands: buildings as blocks with flat roofs. Those without a height are 10 m. */
@@ -165,27 +168,6 @@ export function vehicle(length, width, name) {
   for (const s of [-1, 1]) for (const y of [-0.32, 0.32]) mesh.box([(s * w) / 2 - 0.15, y * l - 0.35, 0], [(s * w) / 2 + 0.15, y * l + 0.35, 0.7], [0.03, 0.03, 0.03]);
   mesh.box([-0.2, -0.2, h], [0.2, 0.2, h + 0.2], [0.9, 0.5, 0.02]);
   return mesh;
-}
-
-/** Lamps by the rules of an airport: { id, at, cd, colour }. */
-export function lamps(airport, night) {
-  const out = [], white = [1, 0.95, 0.85], green = [0.2, 1, 0.5], red = [1, 0.15, 0.1], blue = [0.3, 0.5, 1], step = night ? 0.05 : 1;
-  for (const { designators, ends: [a, b], width_m: w } of airport.runways) {
-    const l = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1, u = [(b[0] - a[0]) / l, (b[1] - a[1]) / l], name = designators.join("/");
-    const p = (along, across) => [a[0] + u[0] * along + u[1] * across, a[1] + u[1] * along - u[0] * across, 0.3];
-    const n = Math.max(1, Math.round(l / 60));
-    for (let k = 0; k <= n; k++) for (const s of [-1, 1]) out.push({ id: `${name} edge ${k}${s < 0 ? "L" : "R"}`, at: p((k * l) / n, s * (w / 2 + 1.5)), cd: 10_000 * step, colour: white });
-    for (let s = 15; s < l; s += 30) out.push({ id: `${name} centre ${s}`, at: p(s, 0), cd: 5_000 * step, colour: white });
-    for (let x = -w / 2; x <= w / 2; x += 3) {
-      out.push({ id: `${name} threshold ${x.toFixed(0)}`, at: p(-2, x), cd: 5_000 * step, colour: green });
-      out.push({ id: `${name} end ${x.toFixed(0)}`, at: p(l + 2, x), cd: 2_500 * step, colour: red });
-    }
-  }
-  for (const [k, way] of airport.taxiways.entries()) {
-    const [a, b] = [way.points_m[0], way.points_m.at(-1)], l = Math.hypot(b[0] - a[0], b[1] - a[1]);
-    for (let s = 15; s < l; s += 30) out.push({ id: `taxi ${way.name || k} ${s}`, at: [a[0] + ((b[0] - a[0]) * s) / l, a[1] + ((b[1] - a[1]) * s) / l, 0.1], cd: 200 * step, colour: night ? green : blue });
-  }
-  return out;
 }
 
 /** A board as two triangles turned to an eye, with its own luminance. */
