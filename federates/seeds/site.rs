@@ -243,7 +243,7 @@ fn all_maps(
     for sensor in &scene.sensors {
         let settings = sensor.reported.as_deref().map(|settings| settings as &dyn Any);
         if let Some(system) = settings.and_then(|any| any.downcast_ref::<MlatConfig>()) {
-            found.extend(siting::mlat_maps(scene, &sensor.name, system, grid, subject.height_m));
+            found.extend(siting::mlat_maps(scene, sensor, system, grid, subject.height_m));
         }
     }
     Ok(found)

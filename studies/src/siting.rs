@@ -94,6 +94,8 @@ impl Grid {
 /// One quantity over the grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
+    /// Number of the sensor; 0 of several together.
+    pub number: u16,
     /// Sensor, weather and quantity, for file names and reports.
     pub sensor: String,
     /// The weather.
@@ -132,11 +134,12 @@ pub struct Subject {
 
 fn empty(
     grid: &Grid,
-    sensor: &str,
+    (number, sensor): (u16, &str),
     weather: &str,
     layer: (&'static str, &'static str, bool),
 ) -> Map {
     Map {
+        number,
         sensor: sensor.into(),
         weather: weather.into(),
         layer: layer.0,
@@ -164,7 +167,7 @@ pub fn radar_maps(
     let class = &subject.class;
     let aspect = if subject.worst { Aspect::worst(class) } else { Aspect::mean(class) };
     let mut maps: Vec<Map> =
-        LAYERS.iter().map(|&layer| empty(grid, &sensor.name, name, layer)).collect();
+        LAYERS.iter().map(|&layer| empty(grid, (sensor.id.0, &sensor.name), name, layer)).collect();
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
         let place = grid.place(cell);
         let place = Point3::new(place.x, place.y, subject.height_m);
@@ -191,11 +194,12 @@ pub fn radar_maps(
 #[must_use]
 pub fn mlat_maps(
     scene: &Scene,
-    name: &str,
+    sensor: &SensorScene,
     system: &MlatConfig,
     grid: &Grid,
     height_m: f64,
 ) -> Vec<Map> {
+    let name = (sensor.id.0, sensor.name.as_str());
     let mut dilution = empty(grid, name, "any", ("mlat_dop", "", true));
     let mut stations = empty(grid, name, "any", ("mlat_n", "", false));
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
@@ -216,7 +220,7 @@ pub fn mlat_maps(
 /// One layer over all radars: the chance that at least one detects.
 #[must_use]
 pub fn any_of(grid: &Grid, weather: &str, pds: &[&Map]) -> Map {
-    let mut any = empty(grid, "all radars", weather, ("pd_any", "", false));
+    let mut any = empty(grid, (0, "all radars"), weather, ("pd_any", "", false));
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
         let miss: f32 = pds.iter().map(|m| 1.0 - m.values[cell].max(0.0)).product();
         any.values[cell] = 1.0 - miss;
@@ -240,7 +244,7 @@ impl Map {
         self.values.iter().copied().filter(|v| *v != NO_DATA)
     }
 
-    /// Name of its files, without ending.
+    /// Name of its files, without ending: with the sensor's number, as names that differ may be one in ASCII.
     #[must_use]
     pub fn file_stem(&self) -> String {
         let word = |text: &str| -> String {
@@ -248,7 +252,9 @@ impl Map {
                 |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
             text.chars().map(plain).collect()
         };
-        format!("{}-{}-{}", word(&self.sensor), word(&self.weather), self.layer)
+        let (number, sensor) = (self.number, word(&self.sensor));
+        let sensor = if number == 0 { sensor } else { format!("{number}_{sensor}") };
+        format!("{sensor}-{}-{}", word(&self.weather), self.layer)
     }
 
     /// Least, mean and largest value, and the share of cells of the area that have one.
@@ -419,5 +425,24 @@ mod tests {
         assert!(worst.windows(2).all(|w| of_coarse[2].values[w[0]] >= of_coarse[2].values[w[1]]));
         assert_eq!(of_coarse[1].bil().len(), 4 * coarse.size.0 * coarse.size.1);
         assert!(header(&coarse).contains(&format!("NROWS {}", coarse.size.1)));
+    }
+
+    #[test]
+    fn maps_of_sensors_with_like_names_have_files_of_their_own() {
+        let scene = zurich();
+        let grid = Grid::of(&scene, 500.0).expect("pavement");
+        let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar");
+        let stem = |number: u16, name: &str| {
+            let mut sensor = radar.clone();
+            (sensor.id, sensor.name) = (models::plot::SensorId(number), name.to_owned());
+            let weather = Weather::default();
+            let maps = radar_maps(&scene, &sensor, ("dry", &weather), &grid, &subject());
+            maps.expect("maps")[0].file_stem()
+        };
+        let names = ["Ñ", "Ö", "a b", "a-b", "A_b"];
+        let stems: std::collections::BTreeSet<String> =
+            (1..).zip(names).map(|(number, name)| stem(number, name)).collect();
+        assert_eq!(stems.len(), names.len(), "{stems:?}");
+        assert!(stems.iter().all(|s| s.is_ascii() && s.ends_with("-dry-scnr")), "{stems:?}");
     }
 }

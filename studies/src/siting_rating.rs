@@ -343,7 +343,8 @@ mod tests {
 
     fn map(layer: &'static str, values: [f32; 4]) -> Map {
         let (sensor, weather) = ("r".to_owned(), "w".to_owned());
-        Map { sensor, weather, layer, unit: "", more_is_worse: false, values: values.to_vec() }
+        let values = values.to_vec();
+        Map { number: 1, sensor, weather, layer, unit: "", more_is_worse: false, values }
     }
 
     /// Three cells in a row count, of weights 4, 1, 1; the fourth does not.
