@@ -28,8 +28,12 @@ struct Line {
 /// Limits of the course where the file has none: those of the tool that it comes from.
 const COURSE_DEG: (f64, f64) = (15.0, 30.0);
 
+/// Rows about single fields of a transponder, which no score measures: the Mode 3/A code and the address
+/// (ED-117A). The identification that it sends (MSID) is the call sign, which labels are held against.
+const FIELDS: [&str; 2] = [" MA", " MSAD"];
+
 /// The requirements on ground areas, in the order of the file; identification only where it is of the
-/// target as a whole (not of single transponder fields).
+/// target as a whole or of its call sign (not of the single fields Mode 3/A code and address).
 ///
 /// # Panics
 /// Never: the data is part of the program and a test reads it.
@@ -62,7 +66,8 @@ fn requirement(line: &Line) -> Option<Requirement> {
         ("IdentificationFalse", _) => Measure::Misidentified,
         _ => return None,
     };
-    if areas_of(&line.area).is_empty() {
+    let of_field = FIELDS.iter().any(|field| line.metric.ends_with(field));
+    if areas_of(&line.area).is_empty() || (measure == Measure::Identified && of_field) {
         return None;
     }
     let course = if line.area.to_ascii_lowercase().contains("stand") { stand } else { other };
@@ -86,8 +91,14 @@ mod tests {
     #[test]
     fn the_values_are_whole_and_know_their_source() {
         let rows = all();
-        // 94 lines, three of them about the air.
-        assert_eq!(rows.len(), 91);
+        // 94 lines, three of them about the air, two about single fields of a transponder.
+        assert_eq!(rows.len(), 89);
+        let identified: Vec<&str> = rows
+            .iter()
+            .filter(|r| r.standard == "ED-117A" && r.measure == Measure::Identified)
+            .map(|r| r.name.as_str())
+            .collect();
+        assert_eq!(identified, ["Probability of Identification MSID"]);
         assert!(source().contains("COMPASS"));
         let position =
             rows.iter().find(|r| r.standard == "ED-116" && r.measure == Measure::Position);
