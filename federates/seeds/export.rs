@@ -555,4 +555,57 @@ mod tests {
         }
         std::fs::remove_dir_all(&folder).expect("removed");
     }
+
+    /// The run of a few tables, at a place on earth.
+    fn empty_run() -> Run {
+        Run {
+            database: Connection::open_in_memory().expect("opened"),
+            facts: BTreeMap::new(),
+            map: AirportMap::default(),
+            frame: LocalFrame::at(Geodetic::from_degrees(47.0, 8.0, 400.0)),
+            start_utc_ns: 0,
+        }
+    }
+
+    #[test]
+    fn an_exported_table_is_scored_as_it_is() {
+        use studies::score_files;
+        let run = empty_run();
+        let report = |s: i64, status: &str| Report {
+            time_ns: s * 1_000_000_000,
+            place_deg: run.place([10.0 * s as f64, 3.0]),
+            altitude_m: None,
+            position_m: [10.0 * s as f64, 3.0],
+            velocity_mps: Some([10.0, 0.0]),
+            status: status.to_owned(),
+        };
+        let thing = |what, id: &str, name: &str, status| Thing {
+            what,
+            id: id.to_owned(),
+            name: name.to_owned(),
+            kind: "A320".to_owned(),
+            movement: "arrival".to_owned(),
+            reports: (0..20).map(|s| report(s, status)).collect(),
+        };
+        let things = [
+            thing(What::Tracks, "7", "SWR1, \"A\"", "confirmed"),
+            thing(What::Tracks, "8", "", "tentative"),
+            thing(What::Truth, "1:1:1", "SWR1, \"A\"", ""),
+            thing(What::Truth, "1:1:2", "", ""),
+            thing(What::Truth, "1:1:3", "", ""),
+        ];
+        let text = csv(&run, &things);
+        let tracks = score_files::tracks(&text, None).expect("tracks");
+        assert_eq!(tracks.len(), 20);
+        assert!(tracks.iter().all(|r| (r.track, r.label.as_str()) == (7, "SWR1, \"A\"")));
+        assert_eq!(score_files::truth(&text, None).expect("truth").len(), 3);
+        // By its degrees it is the same to a centimetre.
+        let place = |lat: f64, lon: f64| {
+            let at = run.frame.to_enu(Geodetic::from_degrees(lat, lon, 400.0).to_ecef());
+            models::frames::Point2::new(at.east_m, at.north_m)
+        };
+        let placed = score_files::tracks(&text, Some(&place)).expect("tracks");
+        let off = tracks.iter().zip(&placed).map(|(a, b)| (a.position_m - b.position_m).norm());
+        assert!(off.fold(0.0, f64::max) < 0.011);
+    }
 }
