@@ -11,6 +11,7 @@ use models::frames::Point2;
 use models::score::areas::{AreaMap, AreaRules};
 use models::score::recording::Recording;
 use models::score::run::Rules;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use studies::score::ScoreReport;
@@ -19,11 +20,11 @@ use studies::score_files;
 /// How good recorded tracks, or the alerts of a safety net, are, held against the truth of their run
 #[derive(Args, Clone, Debug)]
 pub struct ScoreArgs {
-    /// True states: the database of a run, or CSV (time_s, target, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, altitude_m)
+    /// True states: the database of a run, what `seeds export` made of it as CSV, or CSV (time_s, target, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, height_m)
     #[arg(long, value_name = "FILE")]
     truth: PathBuf,
 
-    /// Tracks: the database of a run, CSV (time_s, track, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, label, published_s), or a recording of ASTERIX (pcap, pcapng, .ast, .ff, .rff)
+    /// Tracks: the database of a run, what `seeds export` made of it as CSV, CSV (time_s, track, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, label, published_s), or a recording of ASTERIX (pcap, pcapng, .ast, .ff, .rff)
     #[arg(long, value_name = "FILE", required_unless_present = "alerts")]
     tracks: Option<PathBuf>,
 
@@ -47,7 +48,7 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "SCENE")]
     scene: Option<String>,
 
-    /// Time between two scans, s [default: the database's, else 1]
+    /// Time between two scans, s [default: the database's, else the median step of the tracks]
     #[arg(long, value_name = "S")]
     scan: Option<f64>,
 
@@ -104,15 +105,14 @@ fn write(args: &ScoreArgs, report: &ScoreReport) -> anyhow::Result<()> {
 
 fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let truth = Source::open(&args.truth)?;
-    let recording = score_asterix::is_recording(path)?;
-    let tracks = if recording { Source::Recording } else { Source::open(path)? };
+    let tracks = Source::tracks(path)?;
     let mut notes = Vec::new();
     let scene = scene(args.scene.as_deref(), &[&truth, &tracks], &mut notes)?;
     let place = scene.as_ref().map(|s| |lat: f64, lon: f64| s.airport.local_m(lat, lon));
     let place: score_files::Place<'_> =
         place.as_ref().map(|p| p as &dyn Fn(f64, f64) -> Point2<f64>);
     let targets = truth.targets(place).with_context(|| args.truth.display().to_string())?;
-    let reports = if recording {
+    let reports = if let Source::Recording(read) = &tracks {
         let start = truth.fact("start_utc_ns").and_then(|ns| ns.parse().ok());
         let which = Which {
             category: args.category,
@@ -124,7 +124,7 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
                 Some(shift_ns * 1e-9)
             }),
         };
-        let (reports, remarks) = score_asterix::reports(path, &which, place)
+        let (reports, remarks) = score_asterix::reports(read, &which, place)
             .with_context(|| path.display().to_string())?;
         notes.extend(remarks);
         reports
@@ -165,7 +165,21 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
                 .into(),
         );
     }
-    let scan_s = args.scan.or_else(|| tracks.fact("scan_s")?.parse().ok()).unwrap_or(1.0);
+    let scan_s = args.scan.or_else(|| tracks.fact("scan_s")?.parse().ok());
+    let scan_s = scan_s.unwrap_or_else(|| {
+        let step_s = median_step_s(&recording).unwrap_or(1.0);
+        notes.push(format!(
+            "Scans last {step_s} s, the median step of the tracks; --scan says another."
+        ));
+        step_s
+    });
+    if is_above_the_ground(&recording, &AreaRules::default()) {
+        notes.push(format!(
+            "No target comes below {} m, so that none counts as on the ground: heights of targets (height_m, altitude_m) are those above \
+             the ground, not above the sea.",
+            AreaRules::default().airborne_m
+        ));
+    }
     let rules = rules(&recording, scan_s);
     if rules.hole_s > (2.5 * scan_s).max(2.5) {
         notes.push(format!(
@@ -180,6 +194,26 @@ fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let title = format!("{} against {}", path.display(), args.truth.display());
     let report = ScoreReport::of(title, notes, &recording, &areas, &rules);
     Ok(report.with_second_ago(&recording, tracks.second_ago(), &areas, &rules))
+}
+
+/// The usual time between two reports of a track, to the millisecond, within what a scan may last.
+fn median_step_s(recording: &Recording) -> Option<f64> {
+    let mut before = BTreeMap::new();
+    let steps = recording.reports.iter().filter_map(|r| {
+        let last = before.insert(r.track, r.time)?;
+        Some(r.time.since_s(last)).filter(|s| *s > 0.0)
+    });
+    let mut steps_s: Vec<f64> = steps.collect();
+    steps_s.sort_by(f64::total_cmp);
+    let middle = *steps_s.get(steps_s.len() / 2)?;
+    Some((middle * 1000.0).round().clamp(10.0, 60_000.0) / 1000.0)
+}
+
+/// Whether heights are known, and all of them are those of aircraft in flight.
+fn is_above_the_ground(recording: &Recording, rules: &AreaRules) -> bool {
+    let points = || recording.targets.iter().flat_map(|t| &t.path);
+    points().next().is_some()
+        && points().all(|p| p.height_m.is_some_and(|height| height > rules.airborne_m))
 }
 
 /// Rules for a time between scans; truth is interpolated over two and a half of its own median steps at least.
@@ -239,5 +273,48 @@ mod tests {
             let due: u64 = found.areas.iter().map(|a| a.target_scans()).sum();
             assert!(due >= 60, "a state every {step} s: {due} scans");
         }
+    }
+
+    fn report(track: u64, s: f64) -> Report {
+        Report {
+            track,
+            time: SimTime::from_s(s),
+            published: None,
+            position_m: Point2::new(10.0 * s, 0.0),
+            velocity_mps: None,
+            label: String::new(),
+        }
+    }
+
+    #[test]
+    fn scans_last_as_long_as_a_track_waits_for_its_next_report() {
+        for step_s in [0.25, 1.0, 4.0, 0.001, 500.0] {
+            // Two tracks by turns; one of them misses a fifth of its reports.
+            let one = (0..50).map(|k| report(1, f64::from(k) * step_s));
+            let kept = (0..50).filter(|k| k % 5 != 3);
+            let other = kept.map(|k| report(2, (f64::from(k) + 0.4) * step_s));
+            let mut recording =
+                Recording { reports: one.chain(other).collect(), ..Recording::default() };
+            recording.put_in_order();
+            assert_eq!(median_step_s(&recording), Some(step_s.clamp(0.01, 60.0)), "{step_s} s");
+        }
+        assert_eq!(median_step_s(&Recording::default()), None);
+    }
+
+    #[test]
+    fn heights_above_the_sea_are_noticed() {
+        let of = |heights_m: [Option<f64>; 2]| {
+            let path = heights_m.map(|height_m| TruthPoint {
+                time: SimTime::ZERO,
+                position_m: Point2::origin(),
+                velocity_mps: Vector2::zeros(),
+                height_m,
+            });
+            let targets = vec![Target { name: "A".into(), path: path.to_vec() }];
+            let recording = Recording { targets, ..Recording::default() };
+            is_above_the_ground(&recording, &AreaRules::default())
+        };
+        assert!(of([Some(432.0), Some(440.0)]));
+        assert!(!of([Some(432.0), Some(0.0)]) && !of([Some(432.0), None]) && !of([None, None]));
     }
 }

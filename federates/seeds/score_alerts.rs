@@ -69,7 +69,9 @@ pub fn scored(
     let mut found = match Source::open(alerts)? {
         Source::Database(other) => told_of(&other, "alerts").map_err(anyhow::Error::from),
         Source::Text(text) => score_files::alerts(&text).map_err(anyhow::Error::from),
-        Source::Recording => bail!("{}: neither CSV nor the database of a run", alerts.display()),
+        Source::Recording(_) => {
+            bail!("{}: neither CSV nor the database of a run", alerts.display())
+        }
     }
     .with_context(|| alerts.display().to_string())?;
     let (reference, movements) = if behaves {

@@ -30,15 +30,14 @@ const SILENT_S: f64 = 30.0;
 /// Reports of the tracks, and remarks on what was left out.
 ///
 /// # Errors
-/// If the recording cannot be read, holds no track, or those of several senders.
+/// If the recording holds no track, or those of several senders.
 pub fn reports(
-    path: &Path,
+    read: &Pieces,
     which: &Which,
     place: Place<'_>,
 ) -> anyhow::Result<(Vec<Report>, Vec<String>)> {
-    let read = asterix_file::read(path, None)?;
     let mut notes = Vec::new();
-    let heard = heard(&read, &mut notes);
+    let heard = heard(read, &mut notes);
     let chosen = chosen(heard, which)?;
     let Some(start_utc_ns) = which.start_utc_ns else {
         bail!(

@@ -1,5 +1,7 @@
 //! What is scored and against what: files of truth, tracks and alerts, and the scene of the airport.
 
+use super::score_asterix;
+use crate::exchange::asterix_file::{self, Pieces};
 use crate::viewer_logger::archive::Archive;
 use crate::viewer_logger::kept_scene;
 use anyhow::{Context, bail};
@@ -11,7 +13,7 @@ use scenarios::Scene;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
-use studies::score_files;
+use studies::score_files::{self, Stage, told_apart};
 
 /// The scene that says what is where: the one asked for has to be there; else the one that a log holds; of a log without
 /// it the one of its name, where that is still the same.
@@ -45,21 +47,52 @@ pub(super) fn scene(
 /// Octets of the largest text that is read.
 const LARGEST_TEXT: u64 = 1 << 30;
 
+/// How a database begins.
+const DATABASE: &[u8] = b"SQLite format 3";
+
 /// A file with truth or tracks.
 pub(super) enum Source {
     Database(Connection),
     Text(String),
-    /// A recording of ASTERIX, which is read by [`super::score_asterix`].
-    Recording,
+    /// A recording of ASTERIX, whose tracks [`score_asterix`] finds.
+    Recording(Pieces),
 }
 
 impl Source {
+    /// A file with tracks, which may be a recording of ASTERIX.
+    pub(super) fn tracks(path: &Path) -> anyhow::Result<Self> {
+        let doing = || path.display().to_string();
+        if std::fs::metadata(path).with_context(doing)?.is_file() {
+            return match score_asterix::is_recording(path)? {
+                true => Ok(Self::Recording(asterix_file::read(path, None)?)),
+                false => Self::open(path),
+            };
+        }
+        // What a pipe gave is gone: it is opened once, and what it is decided by its octets.
+        let mut octets = Vec::new();
+        let file = std::fs::File::open(path).with_context(doing)?;
+        file.take(LARGEST_TEXT + 1).read_to_end(&mut octets).with_context(doing)?;
+        if octets.len() as u64 > LARGEST_TEXT {
+            bail!("{}: longer than {} MiB", path.display(), LARGEST_TEXT >> 20);
+        }
+        if octets.starts_with(DATABASE) {
+            bail!("{}: a database is read from a file, not from a pipe", path.display());
+        }
+        match String::from_utf8(octets) {
+            Ok(text) => Ok(Self::Text(text)),
+            Err(other) => {
+                let read = asterix_file::of_octets(other.as_bytes(), &doing())?;
+                Ok(Self::Recording(read))
+            }
+        }
+    }
+
     pub(super) fn open(path: &Path) -> anyhow::Result<Self> {
         let doing = || path.display().to_string();
         let mut head = [0; 15];
         let mut file = std::fs::File::open(path).with_context(doing)?;
         let length = file.read(&mut head).with_context(doing)?;
-        if &head[..length] == b"SQLite format 3" {
+        if &head[..length] == DATABASE {
             let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
             return Ok(Self::Database(
                 Connection::open_with_flags(path, flags).with_context(doing)?,
@@ -94,7 +127,7 @@ impl Source {
         let database = match self {
             Self::Text(text) => return Ok(score_files::truth(text, place)?),
             Self::Database(database) => database,
-            Self::Recording => return Ok(Vec::new()),
+            Self::Recording(_) => return Ok(Vec::new()),
         };
         let mut query = database.prepare(
             "SELECT entity, callsign, time_ns, x_m, y_m, vx_ms, vy_ms, altitude_m \
@@ -120,46 +153,48 @@ impl Source {
         let database = match self {
             Self::Text(text) => return Ok(score_files::tracks(text, place)?),
             Self::Database(database) => database,
-            Self::Recording => return Ok(Vec::new()),
+            Self::Recording(_) => return Ok(Vec::new()),
         };
         let mut query = database.prepare(
-            "SELECT track, time_ns, took_us, x_m, y_m, vx_ms, vy_ms, callsign \
-             FROM tracks JOIN scans USING (scan) WHERE status NOT IN ('last', 'tentative')",
+            "SELECT track, time_ns, took_us, x_m, y_m, vx_ms, vy_ms, callsign, coalesce(status, '') \
+             FROM tracks JOIN scans USING (scan)",
         )?;
         let reports = query.query_map([], |row| {
             let time: i64 = row.get(1)?;
             let took_us: Option<i64> = row.get(2)?;
-            Ok(Report {
+            let report = Report {
                 track: row.get::<_, i64>(0)?.unsigned_abs(),
                 time: SimTime(time),
                 published: took_us.map(|us| SimTime(time + us * 1000)),
                 position_m: Point2::new(row.get(3)?, row.get(4)?),
                 velocity_mps: Some(Vector2::new(row.get(5)?, row.get(6)?)),
                 label: row.get::<_, Option<String>>(7)?.unwrap_or_default(),
-            })
+            };
+            Ok((report, Stage::of(&row.get::<_, String>(8)?)))
         })?;
-        Ok(reports.collect::<Result<_, _>>()?)
+        Ok(told_apart(reports.collect::<Result<_, _>>()?))
     }
 
     /// The tracks one scan earlier, as they were revised; none where a log does not hold them.
     pub(super) fn second_ago(&self) -> Vec<Report> {
         let Self::Database(database) = self else { return Vec::new() };
         let query = database.prepare(
-            "SELECT track, lag_time_ns, time_ns, lag_x_m, lag_y_m, callsign FROM tracks JOIN scans USING (scan) \
-             WHERE status NOT IN ('last', 'tentative') AND lag_time_ns IS NOT NULL",
+            "SELECT track, lag_time_ns, time_ns, lag_x_m, lag_y_m, callsign, status FROM tracks JOIN scans USING (scan) \
+             WHERE status <> 'tentative' AND lag_time_ns IS NOT NULL",
         );
         let Ok(mut query) = query else { return Vec::new() };
         let reports = query.query_map([], |row| {
-            Ok(Report {
+            let report = Report {
                 track: row.get::<_, i64>(0)?.unsigned_abs(),
                 time: SimTime(row.get(1)?),
                 published: Some(SimTime(row.get(2)?)),
                 position_m: Point2::new(row.get(3)?, row.get(4)?),
                 velocity_mps: None,
                 label: row.get::<_, Option<String>>(5)?.unwrap_or_default(),
-            })
+            };
+            Ok((report, Stage::of(&row.get::<_, String>(6)?)))
         });
-        reports.map_or_else(|_| Vec::new(), |rows| rows.flatten().collect())
+        reports.map_or_else(|_| Vec::new(), |rows| told_apart(rows.flatten().collect()))
     }
 
     /// The radars' plots of targets.
@@ -210,5 +245,59 @@ mod tests {
         assert_eq!(found, None);
         assert!(notes.contains("as it was run"), "{notes}");
         std::fs::remove_dir_all(&folder).ok();
+    }
+
+    /// A pipe gives its octets once, whatever they are.
+    #[test]
+    fn tracks_come_by_a_pipe_whole() {
+        use std::io::Write;
+        use std::os::fd::AsRawFd;
+        let by_pipe = |octets: &[u8]| {
+            let (reader, mut writer) = std::io::pipe().expect("a pipe");
+            writer.write_all(octets).expect("written");
+            drop(writer);
+            let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
+            Source::tracks(Path::new(&path))
+        };
+        let text = "time_s,track,x_m,y_m\n0,7,1,2\n";
+        let reports = by_pipe(text.as_bytes()).expect("opened").reports(None).expect("tracks");
+        assert_eq!((reports.len(), reports[0].track), (1, 7));
+        // The block of a category, without a file around it.
+        let block = [0x3e, 0x00, 0x05, 0x80, 0xff];
+        let Ok(Source::Recording(read)) = by_pipe(&block) else { panic!("a recording") };
+        assert_eq!(read.pieces.first().map(|p| &p.octets[..]), Some(&block[..]));
+        let refused = by_pipe(b"SQLite format 3\0...").err().expect("no pipe").to_string();
+        assert!(refused.contains("not from a pipe"), "{refused}");
+    }
+
+    #[test]
+    fn a_number_of_a_log_that_comes_again_is_another_track() {
+        let database = Connection::open_in_memory().expect("opened");
+        database
+            .execute_batch(
+                "CREATE TABLE scans (scan INTEGER, time_ns INTEGER, took_us INTEGER);
+                 CREATE TABLE tracks (scan INTEGER, track INTEGER, status TEXT, callsign TEXT, x_m REAL, y_m REAL, vx_ms REAL,
+                 vy_ms REAL, lag_time_ns INTEGER, lag_x_m REAL, lag_y_m REAL);",
+            )
+            .expect("tables");
+        for (scan, status) in [(1, "confirmed"), (2, "confirmed"), (3, "last"), (9, "confirmed")] {
+            let time_ns = scan * 1_000_000_000i64;
+            database
+                .execute("INSERT INTO scans VALUES (?, ?, 5)", (scan, time_ns))
+                .expect("a scan");
+            let lag_ns = (scan != 1).then_some(time_ns - 1_000_000_000);
+            database
+                .execute(
+                    "INSERT INTO tracks VALUES (?, 7, ?, 'A', 0, 0, 0, 0, ?, 0, 0)",
+                    (scan, status, lag_ns),
+                )
+                .expect("a track");
+        }
+        let source = Source::Database(database);
+        let of = |reports: Vec<Report>| -> Vec<(i64, u64)> {
+            reports.iter().map(|r| (r.time.0 / 1_000_000_000, r.track)).collect()
+        };
+        assert_eq!(of(source.reports(None).expect("tracks")), [(1, 7), (2, 7), (9, 8)]);
+        assert_eq!(of(source.second_ago()), [(1, 7), (8, 8)]);
     }
 }
