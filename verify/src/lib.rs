@@ -1,7 +1,7 @@
 //! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
 //! A file is known by its name; each known name has one check in [`radar`], [`effects`], [`gnss`], [`tracking`],
-//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`control`], [`wire`], [`datagrams`] or [`mode_s`]. A file without either is input of other files and is passed over. `seeds verify DIR`
+//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`control`], [`wire`], [`datagrams`] or [`mode_s`]. A file of another name without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
@@ -107,7 +107,8 @@ pub enum VerifyError {
     },
 }
 
-/// Runs every `*.json` with `cases` or `vectors` below `dir` (or the one file `dir`), sorted by path.
+/// Runs every `*.json` with `cases` or `vectors` below `dir` (or the one file `dir`), sorted by path; one whose name a
+/// check knows fails where it has no case.
 ///
 /// # Errors
 /// If the folder or a file cannot be read, is not JSON, or if there is no vector file at all.
@@ -127,12 +128,11 @@ pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
             object.entry("path").or_insert_with(|| path.to_string_lossy().into());
         }
         let list = |key| document.get(key).is_some_and(Value::is_array);
-        if !list("cases") && !list("vectors") {
-            continue;
-        }
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let (cases, covered) = match check_for(&name) {
-            Some(check) => (check(&document), true),
+            // Where a check knows the name, cases are meant to be there.
+            Some(check) => (some_of(check(&document)), true),
+            None if !list("cases") && !list("vectors") => continue,
             None => (Vec::new(), false),
         };
         reports.push(FileReport { path, cases, covered });
@@ -141,6 +141,15 @@ pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
         return Err(VerifyError::Empty { path: dir.to_path_buf() });
     }
     Ok(reports)
+}
+
+/// The cases, or one that failed where there is none.
+fn some_of(cases: Vec<CaseResult>) -> Vec<CaseResult> {
+    if !cases.is_empty() {
+        return cases;
+    }
+    let detail = "no case was found".to_owned();
+    vec![CaseResult { name: "none".to_owned(), worst: f64::INFINITY, detail }]
 }
 
 /// Puts the `parameter_sets.json` of the same folder, which has no cases of its own, into the document.
@@ -231,5 +240,40 @@ impl Judge {
     #[must_use]
     pub fn case(self, name: impl Into<String>) -> CaseResult {
         CaseResult { name: name.into(), worst: self.worst, detail: self.detail }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file whose name is known and whose cases are not found is no success, and does not panic.
+    #[test]
+    fn a_known_file_without_a_case_fails() {
+        let folder = std::env::temp_dir().join(format!("seeds-verify-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let of = |name: &str, text: &str| {
+            let path = folder.join(name);
+            std::fs::write(&path, text).expect("written");
+            let found = run(&path).map(|reports| (reports[0].covered, reports[0].failed()));
+            std::fs::remove_file(&path).expect("removed");
+            found.ok()
+        };
+        for name in ["euler.json", "quantiser.json", "asterix-vectors.json"] {
+            for text in [r#"{"cases": []}"#, r#"{"case": [{}]}"#, "{}", "[]", r#"{"cases": {}}"#] {
+                assert_eq!(of(name, text), Some((true, 1)), "{name}: {text}");
+            }
+        }
+        assert_eq!(of("unknown.json", r#"{"cases": []}"#), Some((false, 0)));
+        assert_eq!(of("unknown.json", "{}"), None, "input of other files");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn every_file_of_the_repository_passes() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors");
+        for report in run(&root).expect("read") {
+            assert_eq!((report.covered, report.failed()), (true, 0), "{}", report.path.display());
+        }
     }
 }
