@@ -124,6 +124,10 @@ fn euler(case: &Value, judge: &mut Judge) -> Option<()> {
         judge.number(name, found, expected, tolerance);
     }
     let rebuilt = world_to_body.euler().matrix();
+    let (psi, angles) = (number(expected, "psi_minus_phi")?, world_to_body.euler());
+    let off = angles.psi_rad - angles.phi_rad - psi;
+    let turns = (off / std::f64::consts::TAU).round();
+    judge.number("psi - phi of the matrix", off - turns * std::f64::consts::TAU, 0.0, tolerance);
     judge.number("matrix from angles from matrix", difference(rebuilt, world_to_body), 0.0, 4e-16);
     Some(())
 }
@@ -202,6 +206,21 @@ mod tests {
             ("tracking/dead_reckoning", 10),
             ("tracking/dis_timestamp", 14),
         ]);
+    }
+
+    #[test]
+    fn a_changed_expectation_of_angles_fails() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors");
+        let text = std::fs::read_to_string(root.join("tracking/euler.json")).expect("the file");
+        let whole: Value = serde_json::from_str(&text).expect("JSON");
+        for case in whole["cases"].as_array().expect("cases") {
+            let mut case = case.clone();
+            let Some(turn) = case["expected"]["psi_minus_phi"].as_f64() else { continue };
+            case["expected"]["psi_minus_phi"] = Value::from(turn + 1e-12);
+            let mut judge = Judge::default();
+            euler(&case, &mut judge).expect("read");
+            assert!(judge.case("").worst > 1.0, "{}", case["name"]);
+        }
     }
 
     #[test]
