@@ -210,15 +210,22 @@ fn bounds(gains: &[Vec<f64>], depth: usize) -> Vec<Vec<Bracket>> {
     (0..gains.len()).map(&mut row).collect()
 }
 
+/// Rows or columns of a sparse matrix, at most.
+const MOST_ROWS: u64 = 1_000_000;
+
 fn sparse_assignment(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
-    let tracks = input.get("tracks")?.as_u64()? as usize;
-    let plots = input.get("plots")?.as_u64()? as usize;
+    let size = |key: &str| input.get(key)?.as_u64().filter(|n| *n <= MOST_ROWS);
+    let (tracks, plots) = (size("tracks")?, size("plots")?);
     let miss = number(input.get("miss_cost")?)?;
     let listed = matrix(input.get("edges")?)?;
-    let mut edges: Vec<Edge> = listed
-        .iter()
-        .map(|e| Edge { row: e[0] as u32, column: e[1] as u32, gain: miss - e[2] })
-        .collect();
+    let place =
+        |x: f64, size: u64| Some(x as u32).filter(|n| f64::from(*n) == x && u64::from(*n) < size);
+    let edge = |e: &Vec<f64>| {
+        let [row, column, cost] = e[..] else { return None };
+        Some(Edge { row: place(row, tracks)?, column: place(column, plots)?, gain: miss - cost })
+    };
+    let mut edges: Vec<Edge> = listed.iter().map(edge).collect::<Option<_>>()?;
+    let (tracks, plots) = (tracks as usize, plots as usize);
     edges.sort_by_key(|e| (e.row, e.column));
     let (mut sparse, mut budget) = (Sparse::default(), u64::MAX);
     let found: Vec<_> = sparse.pairs(tracks, plots, &edges, &mut budget).collect();
@@ -439,5 +446,28 @@ mod tests {
                 assert!(check(&file)[0].worst.is_infinite(), "{stem}: {text}");
             }
         }
+    }
+
+    #[test]
+    fn an_edge_outside_the_matrix_fails_and_does_not_panic() {
+        let check = check_for("sparse_assignment").expect("covered");
+        let of = |input: &str| {
+            let case = format!(
+                r#"{{"input": {input}, "expected": {{"total": 2, "pairs": 1}}, "tol": 1e-9}}"#
+            );
+            let case: Value = serde_json::from_str(&case).expect("JSON");
+            check(&serde_json::json!({"cases": [case]}))[0].worst
+        };
+        let edges = |edges: &str| {
+            of(&format!(r#"{{"tracks": 1, "plots": 1, "miss_cost": 9, "edges": {edges}}}"#))
+        };
+        assert!(edges("[[0, 0, 2]]") <= 1.0);
+        for beyond in ["[[1, 0, 2]]", "[[0, 1, 2]]", "[[-1, 0, 2]]", "[[0.5, 0, 2]]", "[[0, 0]]"] {
+            assert!(edges(beyond).is_infinite(), "{beyond}");
+        }
+        let endless =
+            r#"{"tracks": 1e18, "plots": 1000000000000000000, "miss_cost": 9, "edges": []}"#;
+        assert!(of(endless).is_infinite());
+        assert!(of(&endless.replace("1e18", "1000000000000000000")).is_infinite());
     }
 }
