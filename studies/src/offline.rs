@@ -399,20 +399,23 @@ impl FitReport {
     pub fn closing(&self) -> String {
         let Some(online) = self.ways.first() else { return String::new() };
         let total = |w: &Way| w.sensors_us + w.tracking_us;
+        let off = |w: &Way, nobody: &str, text: fn(f64) -> String| {
+            w.score.rmse_m().map_or_else(|| nobody.to_owned(), text)
+        };
         let mut text = format!(
-            "On-line, a scan of {} costs {:.1} µs and its tracks are {:.2} m off",
+            "On-line, a scan of {} costs {:.1} µs and {}",
             self.scene,
             total(online),
-            online.score.rmse_m().unwrap_or(f64::NAN)
+            off(online, "no track follows anybody", |m| format!("its tracks are {m:.2} m off"))
         );
         for way in &self.ways[1..] {
             let _ = write!(
                 text,
-                "; {} takes {:.1} µs ({:.0} times less) and gives {:.2} m",
+                "; {} takes {:.1} µs ({:.0} times less) and gives {}",
                 way.name,
                 total(way),
                 total(online) / total(way).max(1e-9),
-                way.score.rmse_m().unwrap_or(f64::NAN)
+                off(way, "no such track", |m| format!("{m:.2} m"))
             );
         }
         text + "."
@@ -571,6 +574,24 @@ mod tests {
         let reason = refused.map(|report| report.closing()).expect_err("nobody moves");
         assert!(reason.contains("xsyn") && reason.contains("schedule"), "{reason}");
         assert!(has_movements(&zurich::scene().expect("ships"), 60.0).is_ok());
+    }
+
+    #[test]
+    fn where_nobody_is_followed_that_is_said_in_words() {
+        let way = |name| Way { name, score: Score::default(), sensors_us: 3.0, tracking_us: 1.0 };
+        let report = FitReport {
+            scene: "own".into(),
+            scene_hash: 0,
+            fitted_on: vec![1],
+            compared_on: vec![2],
+            version: String::new(),
+            sensors: Vec::new(),
+            tracker: Err("too few".into()),
+            ways: vec![way("on-line"), way("off-line")],
+        };
+        let text = report.closing();
+        assert!(text.contains("no track follows anybody; off-line takes 4.0 µs"), "{text}");
+        assert!(!format!("{text}{}", report.to_text()).contains("NaN"), "{}", report.to_text());
     }
 
     #[test]
