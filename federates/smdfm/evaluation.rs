@@ -246,8 +246,8 @@ impl Evaluation {
         for (kind, plots) in &self.plots {
             values.push((format!("plots_{}", kind.word), *plots as f64));
         }
-        let others = self.plots.iter().filter(|(k, _)| other(**k)).map(|(_, n)| *n as f64);
-        values.push(("plots_other".to_owned(), others.sum()));
+        let others = self.plots.iter().filter(|(k, _)| other(**k)).map(|(_, n)| *n).sum::<u64>();
+        values.push(("plots_other".to_owned(), others as f64));
         for (kind, (looks, reports)) in &self.looks {
             if *looks > 0 {
                 let pd = *reports as f64 / *looks as f64;

@@ -28,7 +28,8 @@ const SPANS: [(&str, f64); 2] = [("peak_hour", 3600.0), ("peak_quarter", 900.0)]
 pub fn measured(core: &Core) -> Vec<Measured> {
     let mut out = Vec::new();
     let mut put = |name: &str, value: f64, unit: &'static str| {
-        out.push(Measured { name: name.to_owned(), value, unit });
+        // The sum of no numbers is −0.
+        out.push(Measured { name: name.to_owned(), value: value + 0.0, unit });
     };
     let flights: Vec<usize> = (0..core.flights().len())
         .filter(|f| core.flights()[*f].direction != Direction::Vehicle && !core.is_free_place(*f))
@@ -174,5 +175,23 @@ mod tests {
             assert_eq!(most_within(&times_s, span_s), most, "{span_s} s");
         }
         assert_eq!(most_within(&[], 60.0), 0);
+    }
+
+    #[test]
+    fn nothing_is_measured_as_nought_and_not_as_less() {
+        use crate::airport::Airport;
+        use crate::traffic::core::{Core, Policy};
+        use crate::traffic::network::Network;
+        use crate::traffic::pieces::Pieces;
+        use std::sync::Arc;
+        let network = Network::of(&Airport::default());
+        let pieces = Pieces::of(&network, &Core::classes(&[]));
+        let flights = Arc::new(Vec::new());
+        let core = Core::new(Arc::new(network), Arc::new(pieces), flights, Policy::Planned, 7, 0.2);
+        let found = measured(&core);
+        assert!(found.iter().any(|m| m.name == "fuel") && found.len() > 3);
+        for Measured { name, value, .. } in found {
+            assert!(value.is_sign_positive(), "{name}: {value}");
+        }
     }
 }
