@@ -1,6 +1,7 @@
 //! `seeds export RUN --format geojson|kml|czml|csv -o FILE`: a finished run for maps and tables.
 //!
-//! Degrees with 7 decimals, metres with 3, times in ISO 8601 UTC with ms. Each file but CSV says which run it is of: all facts of its
+//! Degrees with 7 decimals, metres with 3, times in ISO 8601 UTC with ms. Heights of GeoJSON are above the ellipsoid (RFC 7946), the
+//! others above the airport. Each file but CSV says which run it is of: all facts of its
 //! database, seed, digest and version among them.
 
 mod alerts;
@@ -10,6 +11,8 @@ use super::open::RUNS;
 use super::sweep::cell;
 use crate::gateway::public::iso8601;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
+use crate::viewer_logger::archive::Archive;
+use crate::viewer_logger::kept_scene;
 use crate::viewer_logger::named::{database_of, first_of, is_recording, recording_of};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::AirportMap;
@@ -18,6 +21,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use geodesy::{Enu, Geodetic, LocalFrame};
 use rusqlite::{Connection, OpenFlags};
+use scenarios::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -199,6 +203,8 @@ struct Report {
     place_deg: [f64; 2],
     /// Height above the reference, m.
     altitude_m: Option<f64>,
+    /// Height above the ellipsoid, m.
+    height_m: Option<f64>,
     position_m: [f64; 2],
     velocity_mps: Option<[f64; 2]>,
     status: String,
@@ -241,18 +247,20 @@ impl Run {
         else {
             bail!("{}: says no reference point", path.display());
         };
-        // The height of the airport changes degrees by parts in ten thousand of the distance; the scene knows it.
-        let scene = facts.get("scene").map(|name| scenarios::locate(name));
-        let scene = scene.and_then(|path| scenarios::load_without_truth(&path).ok());
-        let height_m = scene.map_or(0.0, |s| s.airport.reference.height_m);
+        let height_m = scene_of(path, &facts).map_or(0.0, |s| s.airport.reference.height_m);
         let frame = LocalFrame::at(Geodetic::from_degrees(lat, lon, height_m));
         let start_utc_ns = facts.get("start_utc_ns").and_then(|v| v.parse().ok()).unwrap_or(0);
         Ok(Self { database, facts, map: map.unwrap_or_default(), frame, start_utc_ns })
     }
 
-    fn place(&self, [east_m, north_m]: [f64; 2]) -> [f64; 2] {
-        let place = self.frame.to_ecef(Enu { east_m, north_m, up_m: 0.0 }).to_geodetic();
-        [place.lon_deg(), place.lat_deg()]
+    fn place(&self, position_m: [f64; 2]) -> [f64; 2] {
+        self.place_above(position_m, 0.0).0
+    }
+
+    /// Longitude and latitude in degrees of a place so high above the reference, and its height above the ellipsoid, m.
+    fn place_above(&self, [east_m, north_m]: [f64; 2], up_m: f64) -> ([f64; 2], f64) {
+        let place = self.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();
+        ([place.lon_deg(), place.lat_deg()], place.height_m)
     }
 
     fn time(&self, time_ns: i64) -> String {
@@ -291,10 +299,16 @@ impl Run {
                 let text = |i| row.get::<_, Option<String>>(i).map(Option::unwrap_or_default);
                 let position_m = [row.get(5)?, row.get(6)?];
                 let velocity = row.get::<_, Option<f64>>(8)?.zip(row.get::<_, Option<f64>>(9)?);
+                let altitude_m: Option<f64> = row.get(7)?;
+                // Who flies is not over the place where the plane below is met; what a track says of it is barometric.
+                let up_m = altitude_m.filter(|_| *what == What::Truth).unwrap_or(0.0);
+                let (place_deg, _) = self.place_above(position_m, up_m);
+                let height_m = altitude_m.map(|up_m| self.place_above(position_m, up_m).1);
                 let report = Report {
                     time_ns: row.get(4)?,
-                    place_deg: self.place(position_m),
-                    altitude_m: row.get(7)?,
+                    place_deg,
+                    altitude_m,
+                    height_m,
                     position_m,
                     velocity_mps: velocity.map(|(x, y)| [x, y]),
                     status: text(10)?,
@@ -320,6 +334,17 @@ impl Run {
     }
 }
 
+/// The scene of a run: the one that its log holds, else that of its name, where it is still the same. The height of the
+/// airport changes degrees by parts in ten thousand of the distance.
+fn scene_of(path: &Path, facts: &BTreeMap<String, String>) -> Option<Scene> {
+    let kept = Archive::open(path).ok().and_then(|archive| kept_scene::load(&archive).ok());
+    kept.or_else(|| {
+        let scene = scenarios::load_without_truth(&scenarios::locate(facts.get("scene")?)).ok()?;
+        let digest = facts.get("scene_digest").filter(|digest| !digest.is_empty());
+        digest.is_none_or(|digest| *digest == format!("{:016x}", scene.hash)).then_some(scene)
+    })
+}
+
 /// A number that had its last message is another track when it comes again.
 fn ended(thing: &Thing, next: &Report) -> bool {
     let last = thing.reports.last();
@@ -334,10 +359,35 @@ fn digits(x: f64, count: i32) -> f64 {
 
 fn coordinates(report: &Report) -> Value {
     let [lon, lat] = report.place_deg.map(|d| digits(d, 7));
-    match report.altitude_m {
+    match report.height_m {
         Some(height_m) => json!([lon, lat, digits(height_m, 3)]),
         None => json!([lon, lat]),
     }
+}
+
+/// Reports cut where they cross 180 degrees, each part with the point of the crossing (RFC 7946, 3.1.9).
+fn at_180(reports: &[Report]) -> Vec<Vec<Report>> {
+    let mut parts: Vec<Vec<Report>> = vec![Vec::new()];
+    for report in reports {
+        let before = parts.last().and_then(|part| part.last()).cloned();
+        let apart = before.as_ref().map_or(0.0, |b| report.place_deg[0] - b.place_deg[0]);
+        if let Some(before) = before.filter(|_| apart.abs() > 180.0) {
+            let side = 180f64.copysign(before.place_deg[0]);
+            let whole = 360.0 - apart.abs();
+            let share = if whole > 0.0 { (side - before.place_deg[0]).abs() / whole } else { 0.0 };
+            let between = |a: f64, b: f64| a + share * (b - a);
+            let crossing = |side: f64| Report {
+                time_ns: before.time_ns + (share * (report.time_ns - before.time_ns) as f64) as i64,
+                place_deg: [side, between(before.place_deg[1], report.place_deg[1])],
+                height_m: before.height_m.zip(report.height_m).map(|(a, b)| between(a, b)),
+                ..before.clone()
+            };
+            parts.last_mut().into_iter().for_each(|part| part.push(crossing(side)));
+            parts.push(vec![crossing(-side)]);
+        }
+        parts.last_mut().into_iter().for_each(|part| part.push(report.clone()));
+    }
+    parts
 }
 
 fn geojson(run: &Run, things: &[Thing], alerts: &[Alert]) -> String {
@@ -359,24 +409,30 @@ fn geojson(run: &Run, things: &[Thing], alerts: &[Alert]) -> String {
             }));
             continue;
         }
-        let times: Vec<String> = thing.reports.iter().map(|r| run.time(r.time_ns)).collect();
         // A line has two points at least, and all with a height or none.
-        let flat = thing.reports.iter().any(|r| r.altitude_m.is_none());
-        let mut line: Vec<Value> = thing
-            .reports
-            .iter()
-            .map(|r| {
-                coordinates(&Report { altitude_m: r.altitude_m.filter(|_| !flat), ..r.clone() })
-            })
-            .collect();
-        let geometry = match (line.len(), line.pop()) {
-            (1, Some(point)) => json!({"type": "Point", "coordinates": point}),
-            (_, last) => {
-                line.extend(last);
-                json!({"type": "LineString", "coordinates": line})
+        let flat = thing.reports.iter().any(|r| r.height_m.is_none());
+        let point = |r: &Report| {
+            coordinates(&Report { height_m: r.height_m.filter(|_| !flat), ..r.clone() })
+        };
+        let parts = at_180(&thing.reports);
+        let of = |part: &Vec<Report>| part.iter().map(point).collect::<Vec<Value>>();
+        let mut lines: Vec<Vec<Value>> = parts.iter().map(of).collect();
+        let mut times: Vec<Vec<String>> =
+            parts.iter().map(|part| part.iter().map(|r| run.time(r.time_ns)).collect()).collect();
+        let (geometry, times) = match (lines.len(), lines.pop(), times.pop()) {
+            (1, Some(mut line), Some(times)) if line.len() == 1 => {
+                (json!({"type": "Point", "coordinates": line.pop()}), json!(times))
+            }
+            (1, Some(line), Some(times)) => {
+                (json!({"type": "LineString", "coordinates": line}), json!(times))
+            }
+            (_, line, last) => {
+                lines.extend(line);
+                times.extend(last);
+                (json!({"type": "MultiLineString", "coordinates": lines}), json!(times))
             }
         };
-        let properties = properties(json!(times));
+        let properties = properties(times);
         features.push(json!({"type": "Feature", "properties": properties, "geometry": geometry}));
     }
     format!("{}\n", json!({"type": "FeatureCollection", "run": run.facts, "features": features}))
@@ -492,6 +548,7 @@ fn czml(run: &Run, things: &[Thing], alerts: &[Alert]) -> String {
             "label": {
                 "text": title(thing), "font": "11px sans-serif", "pixelOffset": {"cartesian2": [8, -8]},
                 "horizontalOrigin": "LEFT", "show": thing.what == What::Tracks,
+                "heightReference": "RELATIVE_TO_GROUND",
             },
         }));
     }
@@ -532,80 +589,4 @@ fn csv(run: &Run, things: &[Thing]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The database, its recording, and a link to one of them were written over.
-    #[test]
-    fn nothing_is_exported_over_the_run_itself() {
-        let folder = std::env::temp_dir().join(format!("seeds-export-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("made");
-        let at = |name: &str| folder.join(name);
-        for name in ["x.sqlite", "x.pcapng", "other.csv"] {
-            std::fs::write(at(name), name).expect("written");
-        }
-        std::os::unix::fs::symlink(at("x.sqlite"), at("link.csv")).expect("linked");
-        for run in ["x.sqlite", "x.pcapng"] {
-            for out in ["x.sqlite", "x.pcapng", "link.csv"] {
-                assert!(not_of_the_run(&at(out), &at(run)).is_err(), "{run} to {out}");
-            }
-            for out in ["other.csv", "new.csv"] {
-                assert!(not_of_the_run(&at(out), &at(run)).is_ok(), "{run} to {out}");
-            }
-        }
-        std::fs::remove_dir_all(&folder).expect("removed");
-    }
-
-    /// The run of a few tables, at a place on earth.
-    fn empty_run() -> Run {
-        Run {
-            database: Connection::open_in_memory().expect("opened"),
-            facts: BTreeMap::new(),
-            map: AirportMap::default(),
-            frame: LocalFrame::at(Geodetic::from_degrees(47.0, 8.0, 400.0)),
-            start_utc_ns: 0,
-        }
-    }
-
-    #[test]
-    fn an_exported_table_is_scored_as_it_is() {
-        use studies::score_files;
-        let run = empty_run();
-        let report = |s: i64, status: &str| Report {
-            time_ns: s * 1_000_000_000,
-            place_deg: run.place([10.0 * s as f64, 3.0]),
-            altitude_m: None,
-            position_m: [10.0 * s as f64, 3.0],
-            velocity_mps: Some([10.0, 0.0]),
-            status: status.to_owned(),
-        };
-        let thing = |what, id: &str, name: &str, status| Thing {
-            what,
-            id: id.to_owned(),
-            name: name.to_owned(),
-            kind: "A320".to_owned(),
-            movement: "arrival".to_owned(),
-            reports: (0..20).map(|s| report(s, status)).collect(),
-        };
-        let things = [
-            thing(What::Tracks, "7", "SWR1, \"A\"", "confirmed"),
-            thing(What::Tracks, "8", "", "tentative"),
-            thing(What::Truth, "1:1:1", "SWR1, \"A\"", ""),
-            thing(What::Truth, "1:1:2", "", ""),
-            thing(What::Truth, "1:1:3", "", ""),
-        ];
-        let text = csv(&run, &things);
-        let tracks = score_files::tracks(&text, None).expect("tracks");
-        assert_eq!(tracks.len(), 20);
-        assert!(tracks.iter().all(|r| (r.track, r.label.as_str()) == (7, "SWR1, \"A\"")));
-        assert_eq!(score_files::truth(&text, None).expect("truth").len(), 3);
-        // By its degrees it is the same to a centimetre.
-        let place = |lat: f64, lon: f64| {
-            let at = run.frame.to_enu(Geodetic::from_degrees(lat, lon, 400.0).to_ecef());
-            models::frames::Point2::new(at.east_m, at.north_m)
-        };
-        let placed = score_files::tracks(&text, Some(&place)).expect("tracks");
-        let off = tracks.iter().zip(&placed).map(|(a, b)| (a.position_m - b.position_m).norm());
-        assert!(off.fold(0.0, f64::max) < 0.011);
-    }
-}
+mod tests;
