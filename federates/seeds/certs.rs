@@ -100,8 +100,6 @@ const DAY_S: i64 = 86_400;
 const AUTHORITY_KEY: &str = "authority.key";
 
 fn make(args: &MakeArgs, folder: &Path) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
-    let issuer = authority(folder)?;
     let mut hosts = vec!["127.0.0.1".to_owned(), "::1".to_owned(), "localhost".to_owned()];
     let own = crate::runtime::process::host_name();
     for host in args.host.iter().chain([&own]) {
@@ -110,6 +108,8 @@ fn make(args: &MakeArgs, folder: &Path) -> anyhow::Result<()> {
         }
     }
     let names = access_list::names(args.generators, args.smdfms);
+    // All of it is looked at before the first file is there.
+    let mut wanted = Vec::new();
     for name in &names {
         let mut alternatives = vec![name.clone()];
         alternatives.extend(hosts.iter().cloned());
@@ -121,6 +121,12 @@ fn make(args: &MakeArgs, folder: &Path) -> anyhow::Result<()> {
         params.extended_key_usages =
             vec![ExtendedKeyUsagePurpose::ServerAuth, ExtendedKeyUsagePurpose::ClientAuth];
         (params.not_before, params.not_after) = validity(args.days);
+        wanted.push((name, params));
+    }
+    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    let kept_before = folder.join(AUTHORITY_KEY).exists();
+    let issuer = authority(folder)?;
+    for (name, params) in wanted {
         let key = KeyPair::generate()?;
         let certificate = params.signed_by(&key, &issuer)?;
         cli::save(&folder.join(format!("{name}.pem")), certificate.pem())?;
@@ -128,7 +134,9 @@ fn make(args: &MakeArgs, folder: &Path) -> anyhow::Result<()> {
     }
     let count = names.len();
     out!("{count} certificates in {}, for {}", folder.display(), hosts.join(", "));
-    if !args.keep_authority {
+    if kept_before && !args.keep_authority {
+        out!("the authority's key stays: it was kept before (remove {AUTHORITY_KEY} to end that)");
+    } else if !args.keep_authority {
         let key = folder.join(AUTHORITY_KEY);
         std::fs::remove_file(&key).with_context(|| format!("removing {}", key.display()))?;
         out!(
@@ -275,11 +283,20 @@ impl Seen {
             let host = place.rsplit_once(':').map_or(place, |(host, _)| host);
             let host = host.trim_matches(['[', ']']);
             let any = ["0.0.0.0", "::"].contains(&host);
-            if !any && !self.hosts.iter().any(|named| named == host) {
+            if !any && !self.hosts.iter().any(|named| same_host(named, host)) {
                 faults.push(format!("it is not for {host}: make it again with --host {host}"));
             }
         }
         faults
+    }
+}
+
+/// Whether two texts name the same host: addresses by what they are, names in any case.
+fn same_host(a: &str, b: &str) -> bool {
+    match (a.parse::<std::net::IpAddr>(), b.parse::<std::net::IpAddr>()) {
+        (Ok(a), Ok(b)) => a.to_canonical() == b.to_canonical(),
+        (Err(_), Err(_)) => a.eq_ignore_ascii_case(b),
+        _ => false,
     }
 }
 
@@ -453,5 +470,44 @@ mod tests {
         std::fs::remove_file(folder.0.join(AUTHORITY_KEY)).expect("removed");
         let refused = make_in(&folder.0).expect_err("no key").to_string();
         assert!(refused.contains("choose an empty folder"), "{refused}");
+    }
+
+    fn args(host: &str, keep_authority: bool) -> MakeArgs {
+        let host = vec![host.to_owned()];
+        MakeArgs { folder: None, host, generators: 1, smdfms: 1, days: 90, keep_authority }
+    }
+
+    #[test]
+    fn a_host_that_cannot_be_named_leaves_nothing_behind() {
+        let folder = Folder::new();
+        make(&args("bür\u{fc}.example", true), &folder.0).expect_err("no name of a host");
+        assert!(!folder.0.exists(), "nothing was made");
+    }
+
+    #[test]
+    fn a_key_that_was_kept_stays_and_one_that_was_not_goes() {
+        let folder = Folder::new();
+        let key = || folder.0.join(AUTHORITY_KEY).exists();
+        make(&args("10.83.0.1", true), &folder.0).expect("made");
+        assert!(key());
+        make(&args("10.83.0.2", false), &folder.0).expect("renewed");
+        assert!(key(), "whoever kept it wants to sign again");
+        let other = Folder::new();
+        make(&args("10.83.0.1", false), &other.0).expect("made");
+        assert!(!other.0.join(AUTHORITY_KEY).exists());
+    }
+
+    #[test]
+    fn hosts_are_the_same_however_they_are_written() {
+        let folder = Folder::new();
+        make(&args("2001:db8::1", true), &folder.0).expect("made");
+        for host in ["[2001:DB8:0:0::1]", "[2001:db8::1]", "LOCALHOST", "[::1]", "127.0.0.1"] {
+            let endpoint = vec![format!("tls/{host}:7447")];
+            assert_eq!(checked(&folder.0, &endpoint).expect("checked"), 0, "{host}");
+        }
+        for host in ["[2001:db8::2]", "localhos", "127.0.0.2"] {
+            let endpoint = vec![format!("tls/{host}:7447")];
+            assert!(checked(&folder.0, &endpoint).expect("checked") > 0, "{host}");
+        }
     }
 }
