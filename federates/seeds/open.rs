@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 /// Show the page on finished runs, any of up to 8 side by side
@@ -39,7 +40,18 @@ pub struct OpenArgs {
 #[must_use]
 pub fn run(args: &OpenArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
-    let (mut viewers, mut made) = (Vec::new(), Made::default());
+    // From here on Ctrl-C ends it in order: databases that are made for it go with it.
+    let (stop, stopped) = std::sync::mpsc::channel();
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let heard = Arc::clone(&interrupted);
+    let set = ctrlc::set_handler(move || {
+        heard.store(true, Ordering::Relaxed);
+        stop.send(()).ok();
+    });
+    if let Err(error) = set {
+        return fail(FAILED, error);
+    }
+    let (mut viewers, mut made) = (Vec::new(), Made::until(interrupted));
     let recordings = args.runs.iter().filter_map(|word| recording_alone(word)).count();
     if args.scene.is_some() && recordings == 0 {
         return fail(BAD_INPUT, "--scene is for recordings without a database, and none is named");
@@ -84,7 +96,7 @@ pub fn run(args: &OpenArgs) -> ExitCode {
     if args.browser && std::process::Command::new("xdg-open").arg(&url).spawn().is_err() {
         tracing::warn!("no browser could be started (xdg-open): open {url}");
     }
-    until_interrupted(server, || page.follow())
+    until_told(server, &stopped, || page.follow())
 }
 
 /// Serves at the address asked for, else at the first port from 8600 on that is free.
@@ -127,6 +139,11 @@ pub(super) fn until_interrupted(server: Server, each: impl Fn()) -> ExitCode {
     if let Err(error) = set {
         return fail(FAILED, error);
     }
+    until_told(server, &stopped, each)
+}
+
+/// The same until somebody says so.
+fn until_told(server: Server, stopped: &Receiver<()>, each: impl Fn()) -> ExitCode {
     while stopped.recv_timeout(FOLLOW).is_err() {
         each();
     }

@@ -20,11 +20,13 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Databases made for one process, which go with it.
 #[derive(Debug, Default)]
 pub(super) struct Made {
     folder: Option<PathBuf>,
+    stop: Arc<AtomicBool>,
 }
 
 impl Drop for Made {
@@ -35,7 +37,18 @@ impl Drop for Made {
     }
 }
 
+/// Ends what is made for somebody who does not want it any more.
+fn go_on(stop: &AtomicBool) -> anyhow::Result<()> {
+    ensure!(!stop.load(Ordering::Relaxed), "interrupted before the recording was read to its end");
+    Ok(())
+}
+
 impl Made {
+    /// Makes none any more as soon as that is set.
+    pub(super) fn until(stop: Arc<AtomicBool>) -> Self {
+        Self { folder: None, stop }
+    }
+
     /// The database of a recording.
     ///
     /// # Errors
@@ -60,14 +73,14 @@ impl Made {
         });
         let file = file.into_iter().find(|f| !f.exists()).context("no name is free")?;
         match scene {
-            Some(scene) => with_smdfm(recording, scene, &file)?,
-            None => truth_alone(recording, &file)?,
+            Some(scene) => with_smdfm(recording, scene, &file, &self.stop)?,
+            None => truth_alone(recording, &file, &self.stop)?,
         }
         Ok(file)
     }
 }
 
-fn with_smdfm(recording: &Path, scene: &str, file: &Path) -> anyhow::Result<()> {
+fn with_smdfm(recording: &Path, scene: &str, file: &Path, stop: &AtomicBool) -> anyhow::Result<()> {
     let scene = Arc::new(scenarios::load_without_truth(&scenarios::locate(scene))?);
     let exercise = scene.run.exercise;
     let recorded = replay::read(recording, &scene, exercise)?;
@@ -101,7 +114,7 @@ fn with_smdfm(recording: &Path, scene: &str, file: &Path) -> anyhow::Result<()> 
                 told = percent;
                 let _ = write!(std::io::stderr(), "\r{percent} % of {}", recording.display());
             }
-            Ok(())
+            go_on(stop)
         },
     )?;
     if shows {
@@ -133,7 +146,7 @@ struct Truth {
     bounds_m: Option<[f64; 4]>,
 }
 
-fn truth_alone(recording: &Path, file: &Path) -> anyhow::Result<()> {
+fn truth_alone(recording: &Path, file: &Path, stop: &AtomicBool) -> anyhow::Result<()> {
     let doing = || format!("opening {}", recording.display());
     let mut reader = capture::Reader::open(recording).with_context(doing)?;
     let mut datagram = capture::Datagram::empty();
@@ -142,6 +155,7 @@ fn truth_alone(recording: &Path, file: &Path) -> anyhow::Result<()> {
     let mut waiting: BTreeMap<(i64, u64), Vec<u8>> = BTreeMap::new();
     let mut number = 0;
     while let Some(read) = reader.read(&mut datagram) {
+        go_on(stop)?;
         if let Err(problem) = read {
             tracing::warn!("{}: {problem}", recording.display());
             continue;
@@ -292,4 +306,27 @@ pub(super) fn recording_alone(word: &str) -> Option<PathBuf> {
     let alone =
         path.is_file() && named::is_recording(&path) && !named::database_of(&path).is_file();
     alone.then_some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::SocketAddr;
+
+    #[test]
+    fn who_is_interrupted_leaves_no_database_behind() {
+        let name = format!("seeds-interrupted-{}.pcapng", std::process::id());
+        let recording = std::env::temp_dir().join(name);
+        let mut recorder = capture::Recorder::create(&recording).expect("a recording");
+        let port = SocketAddr::from(([127, 0, 0, 1], 3000));
+        recorder.record(1, port, port, &[7; 144]).expect("written");
+        recorder.close(0).expect("closed");
+        let mut made = Made::until(Arc::new(AtomicBool::new(true)));
+        let error = made.of(&recording, None).expect_err("ended").to_string();
+        let folder = made.folder.clone().expect("a folder");
+        assert!(error.contains("interrupted") && folder.exists(), "{error}");
+        drop(made);
+        assert!(!folder.exists());
+        std::fs::remove_file(&recording).expect("removed");
+    }
 }
