@@ -2,6 +2,7 @@
 
 use super::Viewer;
 use super::archive::{Archive, ArchiveError};
+use super::kept_scene;
 use super::named;
 use super::picture::{AirportMap, NamedPoint, RunInfo, SensorSite};
 use super::source::Source;
@@ -120,7 +121,7 @@ pub fn viewer(database: &Path) -> Result<Viewer, OpenError> {
         run: 1,
         phase: Phase::Stopped,
         seed: info.seed,
-        frame: archive.times().map_or(0, |t| (t.1.0 / 50_000_000) as u64),
+        frame: archive.times().map_or(0, |t| (t.1.0 / frame_ns(&archive)) as u64),
         ..RunState::default()
     };
     let (weather, flights) =
@@ -138,6 +139,11 @@ pub fn viewer(database: &Path) -> Result<Viewer, OpenError> {
     viewer.show_detection(super::detection::Maps::stored(database.to_owned()));
     viewer.tell_end();
     Ok(viewer)
+}
+
+/// The length of a frame by the scene in the log, ns; 50 ms of a log without it.
+fn frame_ns(archive: &Archive) -> i64 {
+    kept_scene::load(archive).map_or(50_000_000, |scene| scene.run.frame.0.max(1))
 }
 
 /// What a run says of itself, and its airport as it is drawn.
@@ -262,6 +268,35 @@ mod tests {
             ("/r/a,b/run.sqlite", "a_b"),
         ] {
             assert_eq!(id_of(Path::new(file)), id);
+        }
+    }
+
+    #[test]
+    fn frames_are_as_long_as_the_scene_has_them() {
+        let folder = Folder::new();
+        let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
+        for (name, frame_s) in [("slow", 0.25), ("quick", 0.02)] {
+            let text = format!(
+                "[run]\ntitle = \"frames\"\nseed = 1\nstart = 2026-01-01T06:00:00Z\nduration_s = 60\nframe_s = {frame_s}\n\
+                 [airport]\nicao = \"LZIB\"\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+                 [[traffic]]\nkind = \"generated\"\narrivals_per_h = 1\ndepartures_per_h = 1\nmix = {{ A320 = 1 }}\n\
+                 [[sensor]]\nkind = \"asde\"\nname = \"tower\"\nparameters = \"ku_asde3\"\n\
+                 site = {{ east_m = 250, north_m = 250, height_m = 30 }}\n[tracking]\nprofile = \"accurate\"\n"
+            );
+            let path = folder.0.join(format!("{name}.toml"));
+            std::fs::write(&path, text).expect("written");
+            let scene = scenarios::load_without_truth(&path).expect("a scene");
+            let file = folder.0.join(format!("{name}.sqlite"));
+            let mut log = crate::viewer_logger::log::Log::create(
+                &file,
+                &RunInfo::of(&scene, 1),
+                &AirportMap::of(&scene),
+            )
+            .expect("a log");
+            kept_scene::keep(&mut log, &scene);
+            log.close().expect("closed");
+            let archive = Archive::open(&file).expect("opened");
+            assert_eq!(frame_ns(&archive), (frame_s * 1e9) as i64, "{name}");
         }
     }
 }
