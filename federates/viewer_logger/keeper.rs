@@ -505,7 +505,7 @@ impl Keeper {
         if let Some(log) = &mut self.log
             && let Err(error) = write(log)
         {
-            tracing::error!("{error}"); // once: the log takes everything silently from here on
+            tracing::error!("{error}; the run goes on"); // once: the log takes everything silently from here on
         }
     }
 

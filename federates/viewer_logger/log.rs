@@ -33,12 +33,12 @@ pub enum LogError {
     #[error("log {}: another run is writing it; name another directory, or wait for its end", .0.display())]
     InUse(PathBuf),
     /// The database refused.
-    #[error("log {}: {}", path.display(), explain(source))]
+    #[error("log {}: {}", path.display(), explain(why))]
     Database {
         /// The file.
         path: PathBuf,
-        /// What SQLite says.
-        source: rusqlite::Error,
+        /// What SQLite says; it stands in the sentence, and is no further cause.
+        why: rusqlite::Error,
     },
 }
 
@@ -67,7 +67,7 @@ impl Log {
         if path.exists() {
             return Err(LogError::Exists(path.to_owned()));
         }
-        let failed = |source| LogError::Database { path: path.to_owned(), source };
+        let failed = |why| LogError::Database { path: path.to_owned(), why };
         let mut database = Connection::open(path).map_err(failed)?;
         begin(&mut database, run, map).map_err(failed)?;
         Ok(Self {
@@ -394,7 +394,7 @@ impl Log {
             db.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()))?;
             db.query_row("PRAGMA journal_mode = DELETE", [], |_| Ok(()))
         };
-        fold(&database).map_err(|source| LogError::Database { path: self.path.clone(), source })
+        fold(&database).map_err(|why| LogError::Database { path: self.path.clone(), why })
     }
 
     pub(super) fn write(
@@ -406,9 +406,9 @@ impl Log {
             change(&transaction)?; // dropped on an error: rolled back
             transaction.commit()
         });
-        done.map_err(|source| {
+        done.map_err(|why| {
             self.database = None;
-            LogError::Database { path: self.path.clone(), source }
+            LogError::Database { path: self.path.clone(), why }
         })
     }
 }
@@ -525,10 +525,8 @@ fn rmse(errors: impl Iterator<Item = f64>) -> Option<f64> {
 fn explain(error: &rusqlite::Error) -> String {
     use rusqlite::ErrorCode as Code;
     let advice = match error.sqlite_error_code() {
-        Some(Code::DiskFull) => "the disk is full; the log ends here, the run goes on",
-        Some(Code::SystemIoFailure) => {
-            "the file cannot be written; the log ends here, the run goes on"
-        }
+        Some(Code::DiskFull) => "the disk is full; the log ends here",
+        Some(Code::SystemIoFailure) => "the file cannot be written; the log ends here",
         Some(Code::CannotOpen) => "cannot be opened; is the directory there and writable?",
         Some(Code::ReadOnly) => "the directory is read-only",
         _ => return error.to_string(),

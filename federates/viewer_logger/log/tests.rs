@@ -190,3 +190,13 @@ fn a_decision_of_the_effect_plan_that_comes_back_is_written_again() {
     let stood = archive.plan().expect("read");
     assert!(stood.contains(&row("fog", "exact")) && stood.len() == 2, "{stood:?}");
 }
+
+#[test]
+fn a_full_disk_is_said_once_and_of_no_run_that_would_go_on() {
+    let why = rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(13), None);
+    let error = LogError::Database { path: "x.sqlite".into(), why };
+    let text = format!("{:#}", anyhow::Error::new(error));
+    assert!(text.contains("the disk is full; the log ends here"), "{text}");
+    assert!(!text.contains("run goes on"), "a fork has none: {text}");
+    assert_eq!(text.matches("Error code 13").count(), 1, "{text}");
+}
