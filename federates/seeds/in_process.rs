@@ -22,11 +22,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Runs the federation in this process; prints the summary line; returns the exit code.
+/// Refuses what only processes can do.
 ///
 /// # Errors
-/// If the run fails, or if what only processes can do (page, recording, report) was asked for.
-pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
+/// If a recording, a report or the gateway was asked for.
+pub fn check(args: &RunArgs) -> anyhow::Result<()> {
     anyhow::ensure!(
         args.record.is_none() && args.report.is_none(),
         "--in-process has no data plane that could be recorded: leave out --record and --report, or --in-process"
@@ -37,6 +37,14 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
         "--in-process has no gateway: leave out {}, or --in-process",
         given.join(" and ")
     );
+    Ok(())
+}
+
+/// Runs the federation in this process; prints the summary line; returns the exit code.
+///
+/// # Errors
+/// If the run fails.
+pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
     let (scene, mut line) = (Arc::new(scene.clone()), None);
     let interrupt = Interrupt::heard();
     let code = federation(args, &scene, &interrupt, |summary| line = Some(summary.line()))?;

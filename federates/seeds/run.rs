@@ -83,6 +83,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
             let help = "--balance moves places from process to process, and --in-process is one: leave out one of them";
             return fail(BAD_INPUT, help);
         }
+        if let Err(e) = super::in_process::check(args) {
+            return fail(BAD_INPUT, format!("{e:#}"));
+        }
         return match super::in_process::run(args, &scene) {
             Ok(code) => ExitCode::from(code),
             Err(e) => fail(FAILED, format!("{e:#}")),
@@ -106,6 +109,12 @@ pub fn run(args: &RunArgs) -> ExitCode {
         return fail(BAD_INPUT, e);
     }
     if let Err(e) = Journaled::check(args) {
+        return fail(BAD_INPUT, format!("{e:#}"));
+    }
+    // As of `seeds open`: an address that is not to be had is one that was chosen wrongly.
+    if let Some(Err(e)) =
+        (!args.no_viewer).then(|| port_is_free(args.page, "page", "--page ADDR:PORT"))
+    {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
     match processes(args, control, &losses, &endpoint, &agents) {
@@ -148,9 +157,6 @@ fn processes(
     let place = endpoint.split_once('/').map(|(_, place)| place);
     if let Some(address) = place.and_then(|a| a.parse().ok()) {
         port_is_free(address, "synchronisation plane", "--sync-listen tcp/127.0.0.1:PORT")?;
-    }
-    if !args.no_viewer {
-        port_is_free(args.page, "page", "--page ADDR:PORT")?;
     }
     let mut launched = Launched::default();
     let interrupted = launched.sender();

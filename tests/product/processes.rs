@@ -668,7 +668,14 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["replay", "x.pcapng", "--with-smdfm", "--dis", "127.255.255.255:9"], 2, "--dis"),
         (&["replay", "x.pcapng", "--with-smdfm", "--set-site", "7"], 2, "--set-site"),
         (&["replay", "x.pcapng", "--seed", "7"], 2, "--with-smdfm"),
-        (&["run", "--page", &taken], 1, "--page"),
+        (&["run", "--page", &taken], 2, "--page"),
+        (
+            &["run", "xsyn", "--in-process", "--record", "/nowhere/x.pcapng"],
+            2,
+            "leave out --record",
+        ),
+        (&["run", "xsyn", "--in-process", "--public"], 2, "--in-process has no gateway"),
+        (&["run", "xsyn", "--in-process", "--asterix", "127.0.0.1:9"], 2, "has no gateway"),
         (
             &["run", "--no-viewer", "--fast", "--record", "/tmp", "--sync-listen", &free_sync],
             1,
