@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn who_is_interrupted_leaves_no_database_behind() {
-        let name = format!("seeds-interrupted-{}.pcapng", std::process::id());
+        let name = format!("seeds-cut-short-{}.pcapng", std::process::id());
         let recording = std::env::temp_dir().join(name);
         let mut recorder = capture::Recorder::create(&recording).expect("a recording");
         let port = SocketAddr::from(([127, 0, 0, 1], 3000));
