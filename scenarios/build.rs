@@ -7,7 +7,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// What of this folder is program and not data.
-const PROGRAM: [&str; 6] = ["src", "tests", "examples", "benches", "Cargo.toml", "build.rs"];
+const PROGRAM: [&str; 7] =
+    ["src", "tests", "examples", "benches", "target", "Cargo.toml", "build.rs"];
 
 fn main() {
     let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo"));
@@ -18,7 +19,8 @@ fn main() {
             walk(&entry, &mut files);
         }
     }
-    files.sort();
+    // By the whole name, as `files.rs` looks it up: a path is sorted by its parts.
+    files.sort_by_key(|file| file.to_string_lossy().into_owned());
     println!("cargo:rerun-if-changed=.");
     let out = PathBuf::from(std::env::var("OUT_DIR").expect("set by cargo"));
     let mut list = String::from("&[\n");
