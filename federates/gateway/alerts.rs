@@ -176,9 +176,9 @@ pub(crate) fn record_004(
     let mut function = [0; const { cat004::I060.field("OL") + 1 }];
     function[const { cat004::I060.field("RIMCA") }] = 1;
     packer.record(&cat004::CATEGORY, |items| {
-        items.put(&cat004::I010, &[0, CONTROL_SIC])?;
+        items.put(&cat004::I010, &gateway.identity(CONTROL_SIC))?;
         items.put(&cat004::I000, &[if ended { END_OF_CONFLICT } else { alert.asterix }])?;
-        items.put(&cat004::I015, &[0, SMDFM_SIC])?;
+        items.put(&cat004::I015, &gateway.identity(SMDFM_SIC))?;
         items.put(&cat004::I020, &[gateway.of_day_s(scan.time_ns)])?;
         items.put(&cat004::I040, &[alert.id as u16])?;
         if !ended {
@@ -218,7 +218,7 @@ pub(crate) fn record_bars(
     time_ns: i64,
 ) -> Result<(), EncodeError> {
     packer.record(&cat011::CATEGORY, |items| {
-        items.put(&cat011::I010, &[0, CONTROL_SIC])?;
+        items.put(&cat011::I010, &gateway.identity(CONTROL_SIC))?;
         items.put(&cat011::I000, &[7])?;
         items.put(&cat011::I015, &[1])?;
         items.put(&cat011::I140, &[gateway.of_day_s(time_ns)])?;

@@ -54,6 +54,10 @@ pub struct AsterixArgs {
     #[arg(long = "asterix-cat", value_name = "N", value_delimiter = ',', value_parser = category)]
     asterix_cat: Vec<u8>,
 
+    /// System area code of all that is sent, 0 to 255 [default: 0]
+    #[arg(long = "asterix-sac", value_name = "N")]
+    asterix_sac: Option<u8>,
+
     /// Time of day in ASTERIX, SBS lines and JSON: that of the scene, or shifted once so that the first message carries now [default: scene]
     #[arg(long = "asterix-time", value_name = "CLOCK", value_enum)]
     asterix_time: Option<Clock>,
@@ -323,6 +327,7 @@ impl AsterixArgs {
         if all.asterix_cat.is_empty() {
             all.asterix_cat.clone_from(&scene.categories);
         }
+        all.asterix_sac = all.asterix_sac.or(scene.sac);
         let clock = |wall| if wall { Clock::Wall } else { Clock::Scene };
         all.asterix_time = all.asterix_time.or(scene.wall.map(clock));
         if all.asterix_in.is_empty() {
@@ -426,6 +431,7 @@ impl AsterixArgs {
             tracks: has(What::Tracks),
             status: has(What::Status),
             categories: (!self.asterix_cat.is_empty()).then_some(categories),
+            sac: self.asterix_sac.unwrap_or(0),
         }
     }
 
@@ -443,6 +449,9 @@ impl AsterixArgs {
         for number in &self.asterix_cat {
             line.extend(["--asterix-cat".to_owned(), number.to_string()]);
         }
+        line.extend(
+            self.asterix_sac.iter().flat_map(|n| ["--asterix-sac".to_owned(), n.to_string()]),
+        );
         line.extend(self.asterix_time.iter().flat_map(|c| ["--asterix-time".to_owned(), word(c)]));
         if let Some(file) = &self.asterix_record {
             line.extend(["--asterix-record".to_owned(), file.display().to_string()]);

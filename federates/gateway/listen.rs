@@ -182,7 +182,7 @@ impl ForeignEar {
                 let (sin, cos) = libm::sincos(azimuth_deg.to_radians());
                 let (sac, sic) = heard.source;
                 // A sensor of the scene sees from where it stands (targets on the ground); of others only the reference is known.
-                match gateway.sites.get(&sic).filter(|_| sac == 0) {
+                match gateway.sites.get(&sic).filter(|_| sac == gateway.choice.sac) {
                     Some([east_m, north_m, up_m]) => {
                         let ground_m = (range_m * range_m - up_m * up_m).max(0.0).sqrt();
                         [east_m + ground_m * sin, north_m + ground_m * cos]

@@ -71,11 +71,13 @@ pub struct Choice {
     pub status: bool,
     /// Only these categories; `None` for all.
     pub categories: Option<BTreeSet<u8>>,
+    /// System area code of all sources.
+    pub sac: u8,
 }
 
 impl Default for Choice {
     fn default() -> Self {
-        Self { sensors: true, tracks: true, status: true, categories: None }
+        Self { sensors: true, tracks: true, status: true, categories: None, sac: 0 }
     }
 }
 
@@ -153,6 +155,11 @@ pub struct Gateway {
 }
 
 impl Gateway {
+    /// Source identifier of a source: area code and identification code.
+    pub(crate) fn identity(&self, sic: u8) -> [u8; 2] {
+        [self.choice.sac, sic]
+    }
+
     /// A gateway of a scene.
     #[must_use]
     pub fn new(scene: &Scene, choice: Choice) -> Self {
@@ -377,7 +384,7 @@ impl Gateway {
             let time_s = self.of_day_s(scan.time_ns);
             out.add(|packer| {
                 packer.record(&cat065::CATEGORY, |items| {
-                    items.put(&cat065::I010, &[0, SMDFM_SIC])?;
+                    items.put(&cat065::I010, &self.identity(SMDFM_SIC))?;
                     items.put(&cat065::I000, &[1])?;
                     items.put(&cat065::I015, &[1])?;
                     items.put(&cat065::I030, &[time_s])?;
@@ -464,7 +471,7 @@ impl Gateway {
                 out.add(|packer| {
                     if mlat {
                         packer.record(&cat019::CATEGORY, |items| {
-                            items.put(&cat019::I010, &[0, sic])?;
+                            items.put(&cat019::I010, &self.identity(sic))?;
                             items.put(&cat019::I000, &[message])?;
                             items.put(&cat019::I140, &[time_s])?;
                             if is_status {
@@ -478,7 +485,7 @@ impl Gateway {
                         })
                     } else {
                         packer.record(&cat010::CATEGORY, |items| {
-                            items.put(&cat010::I010, &[0, sic])?;
+                            items.put(&cat010::I010, &self.identity(sic))?;
                             items.put(&cat010::I000, &[message])?;
                             items.put(&cat010::I140, &[time_s])?;
                             if is_status {
@@ -511,7 +518,7 @@ impl Gateway {
             let time_s = self.of_day_s(scan.time_ns);
             out.add(|packer| {
                 packer.record(&cat065::CATEGORY, |items| {
-                    items.put(&cat065::I010, &[0, SMDFM_SIC])?;
+                    items.put(&cat065::I010, &self.identity(SMDFM_SIC))?;
                     items.put(&cat065::I000, &[2])?;
                     items.put(&cat065::I015, &[1])?;
                     items.put(&cat065::I030, &[time_s])?;
@@ -541,7 +548,7 @@ impl Gateway {
         let time_s = self.of_day_s(time_ns);
         out.add(|packer| {
             packer.record(&cat247::CATEGORY, |items| {
-                items.put(&cat247::I010, &[0, SMDFM_SIC])?;
+                items.put(&cat247::I010, &self.identity(SMDFM_SIC))?;
                 items.put(&cat247::I015, &[1])?;
                 items.put(&cat247::I140, &[time_s])?;
                 items.put(&cat247::I550, &editions)

@@ -104,7 +104,7 @@ impl Report<'_> {
         };
         let [ee_m2, en_m2, nn_m2] = plot.cov_m2;
         packer.record(&cat010::CATEGORY, |items| {
-            items.put(&cat010::I010, &[0, self.source.sic])?;
+            items.put(&cat010::I010, &self.gateway.identity(self.source.sic))?;
             items.put(&cat010::I000, &[1])?;
             let loop_passed = u8::from(kind == 4);
             let descriptor =
@@ -141,7 +141,7 @@ impl Report<'_> {
         let [ee_m2, en_m2, nn_m2] = plot.cov_m2;
         let (east_m, north_m) = (ee_m2.max(0.0).sqrt(), nn_m2.max(0.0).sqrt());
         packer.record(&cat020::CATEGORY, |items| {
-            items.put(&cat020::I010, &[0, self.source.sic])?;
+            items.put(&cat020::I010, &self.gateway.identity(self.source.sic))?;
             // The first seven bits are inverted: Mode S was used.
             items.put(&cat020::I020, &[1, 0, 1, 1, 1, 1, 1, 0, 0, 0, self.on_ground(), 0, 1, 0])?;
             items.put(&cat020::I140, &[self.time_s()])?;
@@ -172,7 +172,7 @@ impl Report<'_> {
         let vehicle = u8::from(self.target() == 2);
         let (kind, address) = self.addressed();
         packer.record(&cat021::CATEGORY, |items| {
-            items.put(&cat021::I010, &[0, self.source.sic])?;
+            items.put(&cat021::I010, &self.gateway.identity(self.source.sic))?;
             let descriptor = [kind, 0, 0, 0, 0, u32::from(self.on_ground()), 1];
             items.put(&cat021::I040, &descriptor)?;
             items.put(&cat021::I071, &[self.time_s()])?;

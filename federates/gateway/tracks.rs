@@ -153,7 +153,7 @@ pub fn record_062(
     status[const { cat062::I080.field("SFC") }] = bits.ground;
     let callsign = ident(&track.callsign);
     packer.record(&cat062::CATEGORY, |items| {
-        items.put(&cat062::I010, &[0, SMDFM_SIC])?;
+        items.put(&cat062::I010, &gateway.identity(SMDFM_SIC))?;
         items.put(&cat062::I015, &[1])?;
         items.put(&cat062::I070, &[gateway.of_day_s(track.time_ns)])?;
         items.put(&cat062::I105, &gateway.place(track.position_m.into()))?;
@@ -195,7 +195,7 @@ pub fn record_062(
             }
             let (runway, stand) = system.runway_and_stand();
             let [from, to] = system.airports();
-            sub.put(&cat062::I390_TAG, &[0, SMDFM_SIC])?;
+            sub.put(&cat062::I390_TAG, &gateway.identity(SMDFM_SIC))?;
             text(sub, &cat062::I390_CS, &ascii(&track.callsign, 7))?;
             text(sub, &cat062::I390_TAC, &ascii(&track.type_designator, 4))?;
             text(sub, &cat062::I390_WTC, track.wake.map_or("", WakeCategory::word))?;
@@ -244,7 +244,7 @@ pub fn record_011(
     status[const { cat011::I170.field("FPC") }] = bits.flight_plan;
     let callsign = ident(&track.callsign);
     packer.record(&cat011::CATEGORY, |items| {
-        items.put(&cat011::I010, &[0, SMDFM_SIC])?;
+        items.put(&cat011::I010, &gateway.identity(SMDFM_SIC))?;
         items.put(&cat011::I000, &[1])?;
         items.put(&cat011::I015, &[1])?;
         items.put(&cat011::I140, &[gateway.of_day_s(track.time_ns)])?;

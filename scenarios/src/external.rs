@@ -14,6 +14,8 @@ pub struct External {
     pub send: Vec<&'static str>,
     /// Only these categories; all where it is empty.
     pub categories: Vec<u8>,
+    /// System area code of all that is sent.
+    pub sac: Option<u8>,
     /// Times of day: shifted to the host's clock, or the scene's.
     pub wall: Option<bool>,
     /// Where tracks of others are heard.
@@ -87,6 +89,7 @@ pub(crate) fn read(root: &Section) -> Result<External, ScenarioError> {
             external.categories.push(*known);
         }
     }
+    external.sac = section.integer("sac", 0, 255)?.map(|code| code as u8);
     for out in section.sections("asterix", &words(keys::ASTERIX_OUT))? {
         external.asterix.push(AsterixOut {
             to: needed(&out, "to")?,

@@ -744,6 +744,7 @@ pub(crate) const EXTERNAL: &[Key] = &[
     Key::new("send", Holds::Texts, "What of it: sensors, tracks, status").or("all"),
     Key::new("categories", Holds::Numbers { least: 0.0, most: 255.0 }, "Only these categories")
         .or("4, 10, 11, 19, 20, 21, 62, 65, 247"),
+    Key::whole("sac", 0, 255, "System area code of all that is sent").or("0"),
     Key::word(
         "time",
         || vec!["scene", "wall"],
