@@ -210,8 +210,12 @@ pub(super) fn generated(
             });
         }
     }
-    for (direction, of) in [(Direction::Arrival, "arrivals"), (Direction::Departure, "departures")]
-    {
+    for ((direction, rates), of) in kinds.into_iter().zip(["arrivals", "departures"]) {
+        if rates.any() && *first >= MOST {
+            left_out.push(format!(
+                "{of} of a section are left out: none of {MOST} numbers is left behind those of the sections before"
+            ));
+        }
         if drawn.iter().any(|d| d.direction == direction && d.number + 1 == MOST) {
             left_out.push(format!("{of} after the first {MOST} are left out: no more are drawn"));
         }

@@ -95,3 +95,24 @@ fn rows_that_cannot_be_flown_are_refused() {
     }
     assert_eq!((prefixed, none), (None, None));
 }
+
+/// Numbers of drawn flights end at 60 000: a section behind those that used all of them drew nobody, and nothing said so.
+#[test]
+fn a_section_for_which_no_number_is_left_says_so() {
+    let most = "[[traffic]]\nkind = \"generated\"\ndepartures_per_h = 2000\nprofile = \"even\"\nmix = { C172 = 1 }\n";
+    let text = |sections: usize| {
+        format!(
+            "[run]\ntitle = \"t\"\nseed = 3\nduration_s = 86400\n[airport]\nlayout = \"airports/XSYN.apt.dat\"\n{}",
+            most.repeat(sections)
+        )
+    };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sections.toml");
+    let left_out = |sections: usize| {
+        let scene = scenarios::load_text(&path, &text(sections)).unwrap_or_else(|e| panic!("{e}"));
+        scene.traffic.behaving.expect("behaves").left_out.clone()
+    };
+    let (two, three) = (left_out(2), left_out(3));
+    assert_eq!(three.len(), two.len() + 1, "{two:?} {three:?}");
+    let told = three.last().expect("said");
+    assert!(told.contains("60000") && told.contains("none"), "{told}");
+}
