@@ -72,6 +72,51 @@ pub fn read_table(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(octets)
 }
 
+/// Lines of the rows of a table. A reader's position is where it began to look for a row: before blank lines, comments and the second half
+/// of an end of line, all of which it skips.
+#[derive(Clone, Debug)]
+pub struct Lines<'a> {
+    octets: &'a [u8],
+    comments: bool,
+    /// First octet of a line, and its number from 1.
+    at: usize,
+    line: usize,
+}
+
+impl<'a> Lines<'a> {
+    /// Of what the reader reads, from its first octet on; `comments`: it skips lines that begin with `#`.
+    #[must_use]
+    pub fn new(octets: &'a [u8], comments: bool) -> Self {
+        Self { octets, comments, at: 0, line: 1 }
+    }
+
+    /// Line, from 1, of the row or the fault at a position; 1 where there is none.
+    pub fn of(&mut self, position: Option<&csv::Position>) -> usize {
+        let Some(position) = position else { return 1 };
+        let from = usize::try_from(position.byte()).unwrap_or(usize::MAX);
+        if from < self.at {
+            (self.at, self.line) = (0, 1);
+        }
+        while let Some((text, length)) = self.next() {
+            let skipped = text.is_empty() || self.comments && text.starts_with(b"#");
+            if self.at >= from && !skipped {
+                break;
+            }
+            self.at += length;
+            self.line += 1;
+        }
+        self.line
+    }
+
+    /// The line that begins here, and its length with its end; `None` for one that does not end.
+    fn next(&self) -> Option<(&'a [u8], usize)> {
+        let rest = self.octets.get(self.at..)?;
+        let end = rest.iter().position(|o| matches!(o, b'\r' | b'\n'))?;
+        let two = rest[end..].starts_with(b"\r\n");
+        Some((&rest[..end], end + 1 + usize::from(two)))
+    }
+}
+
 /// [`read`] as UTF-8 text.
 ///
 /// # Errors
@@ -151,6 +196,46 @@ mod tests {
             assert!(is_file(&shipped(needed)), "{needed}");
         }
         assert!(!FILES.iter().any(|(name, _)| name.ends_with(".rs") || *name == "Cargo.toml"));
+    }
+
+    /// Rows of numbered lines with everything between them that a reader skips, and faults of both kinds.
+    #[test]
+    fn rows_and_faults_have_the_numbers_of_their_lines() {
+        let between = ["", "\n", "\n\n", "# a\n", "# a\n\n# \"b\n", "\n#\n"];
+        let mut seen = 0;
+        for (comments, end) in [(true, "\n"), (true, "\r\n"), (false, "\n"), (false, "\r\n")] {
+            for (first, second) in between.iter().flat_map(|a| between.map(|b| (a, b))) {
+                for last in ["\n", ""] {
+                    let text = format!("{first}a,b\n{second}c,\"d\ne\"\n{first}{second}f,g{last}");
+                    let due: Vec<usize> = (1..)
+                        .zip(text.lines())
+                        .filter(|(_, l)| !(l.is_empty() || comments && l.starts_with('#')))
+                        .filter(|(_, l)| !l.starts_with("e\""))
+                        .map(|(n, _)| n)
+                        .collect();
+                    // Where they are rows, marks in them are quotes no longer.
+                    if !comments && text.contains("# \"") {
+                        continue;
+                    }
+                    let text = text.replace('\n', end);
+                    let mut reader = csv::ReaderBuilder::new()
+                        .has_headers(false)
+                        .flexible(true)
+                        .comment(comments.then_some(b'#'))
+                        .from_reader(text.as_bytes());
+                    let mut lines = Lines::new(text.as_bytes(), comments);
+                    let rows = reader.records().map(|r| r.expect("text"));
+                    let found: Vec<usize> = rows.map(|r| lines.of(r.position())).collect();
+                    assert_eq!(found, due, "{text:?}");
+                    // From the begin again.
+                    let mut again = csv::Position::new();
+                    assert_eq!(lines.of(Some(again.set_byte(0))), due[0], "{text:?}");
+                    seen += found.len();
+                }
+            }
+        }
+        assert!(seen > 500, "{seen}");
+        assert_eq!(Lines::new(b"a", true).of(None), 1);
     }
 
     #[test]

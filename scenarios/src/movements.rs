@@ -8,6 +8,7 @@ pub mod import;
 
 use crate::airport::AirportScene;
 use crate::error::{Problem, ScenarioError};
+use crate::files::Lines;
 use columns::{Columns, Says};
 use models::truth::recorded::Record;
 use std::path::{Path, PathBuf};
@@ -39,12 +40,12 @@ pub fn read(
     to_s: f64,
 ) -> Result<Movement, ScenarioError> {
     let error = |line, problem| ScenarioError::new(file, line, "movement", problem);
-    let unreadable = |e: csv::Error| {
-        let line = e.position().map_or(1, |p| p.line() as usize);
-        error(line, Problem::File { path: file.to_path_buf(), reason: e.to_string() })
-    };
     let octets = crate::files::read_table(file, crate::LARGEST_DATA)
         .map_err(|e| error(1, Problem::File { path: file.to_path_buf(), reason: e.to_string() }))?;
+    let unreadable = |e: csv::Error| {
+        let line = Lines::new(&octets, false).of(e.position());
+        error(line, Problem::File { path: file.to_path_buf(), reason: e.to_string() })
+    };
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(octets.as_slice());
     let columns = Columns::of(reader.byte_headers().map_err(unreadable)?)
         .map_err(|(name, needed)| ScenarioError::new(file, 1, name, Problem::Missing { needed }))?;
@@ -52,9 +53,9 @@ pub fn read(
     let mut movement =
         Movement { file: file.to_path_buf(), callsign: None, address: None, records: Vec::new() };
     let mut first_ms: Option<i64> = None;
-    let mut row = csv::ByteRecord::new();
+    let (mut row, mut lines) = (csv::ByteRecord::new(), Lines::new(&octets, false));
     while reader.read_byte_record(&mut row).map_err(unreadable)? {
-        let time_ms = columns.time_ms(&row);
+        let (time_ms, line) = (columns.time_ms(&row), lines.of(row.position()));
         if first_ms.is_none() {
             first_ms = time_ms;
         }
@@ -74,12 +75,11 @@ pub fn read(
             movement.callsign = (!callsign.is_empty()).then(|| callsign.to_owned());
         }
         if movement.records.len() == MOST_RECORDS {
-            let line = row.position().map_or(1, |p| p.line() as usize);
             let found = format!("more than {MOST_RECORDS} records");
             return Err(error(line, Problem::Line { found, needed: "one movement, up to 4 h" }));
         }
         movement.records.push(Record {
-            line: row.position().map_or(0, |p| p.line() as usize),
+            line,
             time_ms,
             position_m: columns.place(&row).map(|place| place.local_m(airport)),
             altitude_m: columns.altitude_m(&row).map(|m| m - elevation_m),

@@ -131,11 +131,10 @@ impl Rows {
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(octets.as_slice());
         let header = reader.headers().map_err(|error| damaged(1, error.to_string()))?.clone();
-        let mut rows = Vec::new();
+        let (mut rows, mut lines) = (Vec::new(), crate::files::Lines::new(&octets, true));
         for record in reader.records() {
-            let line_of = |p: Option<&csv::Position>| p.map_or(1, |p| p.line() as usize);
-            let record = record.map_err(|e| damaged(line_of(e.position()), e.to_string()))?;
-            let line = line_of(record.position());
+            let record = record.map_err(|e| damaged(lines.of(e.position()), e.to_string()))?;
+            let line = lines.of(record.position());
             let pairs = header.iter().zip(record.iter());
             let cells = pairs.map(|(key, cell)| (key.trim().into(), cell.trim().into())).collect();
             rows.push(Row { file: file.to_path_buf(), line, cells });

@@ -132,11 +132,10 @@ fn rows(file: &Path, columns: &[&'static str]) -> Result<Vec<Row>, ScenarioError
     if let Some(missing) = columns.iter().find(|c| !header.iter().any(|h| h == **c)) {
         return Err(damaged(1, format!("no column {missing}")));
     }
-    let mut found = Vec::new();
+    let (mut found, mut lines) = (Vec::new(), crate::files::Lines::new(text.as_bytes(), true));
     for record in reader.records() {
-        let line_of = |p: Option<&csv::Position>| p.map_or(1, |p| p.line() as usize);
-        let record = record.map_err(|e| damaged(line_of(e.position()), e.to_string()))?;
-        let line = line_of(record.position());
+        let record = record.map_err(|e| damaged(lines.of(e.position()), e.to_string()))?;
+        let line = lines.of(record.position());
         let pairs = header.iter().zip(record.iter());
         let cells = pairs.map(|(key, cell)| (key.to_owned(), cell.to_owned())).collect();
         found.push(Row { file: file.into(), line, cells });

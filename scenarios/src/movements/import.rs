@@ -3,6 +3,7 @@
 use super::MOST_RECORDS;
 use super::columns::{Columns, Place, Says};
 use crate::error::{Problem, ScenarioError};
+use crate::files::Lines;
 use csv::ByteRecord;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -70,7 +71,7 @@ pub fn import(file: &Path, wanted: &[String]) -> Result<Vec<Imported>, ScenarioE
     let mut reader =
         csv::ReaderBuilder::new().flexible(true).delimiter(parted).from_reader(octets.as_slice());
     let unreadable = |e: csv::Error| {
-        let line = e.position().map_or(1, |p| p.line() as usize);
+        let line = Lines::new(&octets, false).of(e.position());
         error(line, Problem::Unreadable { reason: e.to_string() })
     };
     let header = reader.byte_headers().map_err(unreadable)?;
@@ -87,10 +88,10 @@ pub fn import(file: &Path, wanted: &[String]) -> Result<Vec<Imported>, ScenarioE
         }
     };
     let mut flights: BTreeMap<String, Flight> = BTreeMap::new();
-    let mut row = ByteRecord::new();
+    let (mut row, mut lines) = (ByteRecord::new(), Lines::new(&octets, false));
     let mut nobody = 0;
     while reader.read_byte_record(&mut row).map_err(unreadable)? {
-        let line = row.position().map_or(1, |p| p.line() as usize);
+        let line = lines.of(row.position());
         let callsign = match only {
             Some(name) => name.to_owned(),
             None => columns.text(&row, Says::Callsign).to_uppercase(),

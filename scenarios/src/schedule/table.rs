@@ -39,17 +39,18 @@ pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
         .from_reader(octets.as_slice());
     let header =
         reader.headers().map_err(|e| damaged(1, "schedule", e.to_string(), TABLE))?.clone();
+    let mut lines = crate::files::Lines::new(&octets, true);
+    let first_line = lines.of(header.position());
     for needed in ["callsign", "type", "movement", "runway", "stand"] {
         if !header.iter().any(|h| h == needed) {
-            return Err(damaged(1, "schedule", format!("no column {needed}"), TABLE));
+            return Err(damaged(first_line, "schedule", format!("no column {needed}"), TABLE));
         }
     }
     let mut rows = Vec::new();
     for record in reader.records() {
-        let line_of = |p: Option<&csv::Position>| p.map_or(1, |p| p.line() as usize);
-        let record =
-            record.map_err(|e| damaged(line_of(e.position()), "schedule", e.to_string(), TABLE))?;
-        let line = line_of(record.position());
+        let record = record
+            .map_err(|e| damaged(lines.of(e.position()), "schedule", e.to_string(), TABLE))?;
+        let line = lines.of(record.position());
         let pairs = header.iter().zip(record.iter());
         let cells: BTreeMap<String, String> =
             pairs.map(|(k, v)| (k.to_owned(), v.to_owned())).collect();
