@@ -12,6 +12,7 @@ use models::control::scoring::Told;
 use models::frames::{Point2, Vector2};
 use models::score::recording::{Report, Target, TruthPoint, differentiate};
 use models::time::SimTime;
+use scenarios::files::Lines;
 use std::collections::BTreeMap;
 
 /// Why a text was refused.
@@ -93,11 +94,11 @@ impl Table {
             .trim(Trim::All)
             .comment(Some(b'#'))
             .from_reader(text.as_bytes());
-        let mut lines = Vec::new();
+        let (mut lines, mut numbers) = (Vec::new(), Lines::new(text.as_bytes(), true));
         for record in reader.records() {
             // Text is UTF-8 and rows may be of any length: nothing else is refused.
             let fields = record.map_err(|_| FileError::Empty)?;
-            let line = fields.position().map_or(0, |p| p.line() as usize);
+            let line = numbers.of(fields.position());
             if fields.iter().any(|field| field.contains('\n')) {
                 return Err(FileError::Quote { line });
             }
@@ -516,6 +517,25 @@ mod tests {
         assert_eq!(reports.len(), 1);
         assert_eq!((reports[0].track, reports[0].label.as_str()), (3, "A"));
         assert_eq!(reports[0].velocity_mps, Some(Vector2::new(3.0, 4.0)));
+    }
+
+    #[test]
+    fn faults_are_named_with_their_own_line_whatever_is_before_it() {
+        let before = ["", "# one", "# one\n\n", "\n\n\n", "#\"\n#\n\n# three", ",,,"];
+        for (first, second) in before.iter().flat_map(|a| before.map(|b| (a, b))) {
+            for (bad, said) in [("2,1,abc,0", "x_m: 'abc'"), ("2,1,3,\"4", "a quote is not closed")]
+            {
+                let text = format!(
+                    "{first}\ntime_s,track,x_m,y_m\n{second}\n0,1,0,0\n{second}\n{bad}\n0,1,0,0\n"
+                );
+                // Commas alone are no heads.
+                let due = 1 + text.lines().position(|l| l == bad).expect("there");
+                for text in [text.clone(), text.replace('\n', "\r\n"), format!("\u{feff}{text}")] {
+                    let told = tracks(&text, None).expect_err(&text).to_string();
+                    assert!(told.starts_with(&format!("line {due}: {said}")), "{text:?}: {told}");
+                }
+            }
+        }
     }
 
     #[test]
