@@ -240,6 +240,19 @@ fn span(
         .then(|| format!("--until {to}: the run ends at {} s, and the fork with it", seconds(end))))
 }
 
+/// Whether a fork may begin at a frame of a run that ends at another: there is a scan left for it.
+fn begins(at: Frame, period: u64, end: Frame, step_s: f64) -> anyhow::Result<()> {
+    let seconds = |frame: Frame| (frame as f64 * step_s * 1e3).round() / 1e3;
+    ensure!(
+        at + period <= end,
+        "--at {}: the run ends at {} s, and a fork lasts a scan at least, of {} s",
+        seconds(at),
+        seconds(end),
+        seconds(period)
+    );
+    Ok(())
+}
+
 /// From which frame on which scene, if all of it can be so.
 fn plan(
     root: &Archive,
@@ -271,6 +284,7 @@ fn plan(
         (end_s * 1e3).round() / 1e3
     );
     let at = scan_from(frame_at(at_s));
+    begins(at, period, frame_at(end_s), step_s)?;
     let until = match wanted.until {
         At::Seconds(s) => Some(frame_at(s)),
         At::Frame(frame) => Some(frame),

@@ -84,3 +84,15 @@ fn a_fork_lasts_a_scan_at_least_and_not_beyond_its_run() {
     let text = of(2401).expect("taken").expect("a warning");
     assert!(text.contains("--until 120.05: the run ends at 120 s"), "{text}");
 }
+
+#[test]
+fn a_fork_begins_a_scan_before_the_end_of_its_run_at_the_latest() {
+    for (at, end) in [(2400, 2400), (2400, 2419), (2381, 2400), (0, 0), (0, 19)] {
+        let error = begins(at, 20, end, 0.05).expect_err("refused").to_string();
+        let said = format!("--at {}: the run ends at {} s", at as f64 / 20.0, end as f64 / 20.0);
+        assert!(error.starts_with(&said) && error.ends_with("of 1 s"), "{error}");
+    }
+    for (at, end) in [(2380, 2400), (0, 20), (0, 2400), (2380, 2419)] {
+        assert!(begins(at, 20, end, 0.05).is_ok(), "{at} of {end}");
+    }
+}
