@@ -431,7 +431,14 @@ pub(crate) const NOTICE: &[Key] = &[
     Key::number("rain_mm_per_h", "mm/h", 0.0, 1000.0, "Rain everywhere").or("0"),
     Key::number("visibility_m", "m", 10.0, f64::INFINITY, "Meteorological visibility").or("clear"),
     Key::number("temperature_c", "°C", -60.0, 60.0, "Temperature").or("15"),
-    Key::number("pressure_hpa", "hPa", 800.0, 1100.0, "Pressure").or("1013.25"),
+    Key::number(
+        "pressure_hpa",
+        "hPa",
+        500.0,
+        1100.0,
+        "Pressure at the field (not reduced to sea level); an elevation changes nothing by itself",
+    )
+    .or("1013.25"),
     Key::number("vapour_g_per_m3", "g/m³", 0.0, 60.0, "Water vapour").or("7.5"),
     Key::number("wind_mps", "m/s", 0.0, 80.0, "Speed of the wind; goes with `wind_from_deg`")
         .or("0"),

@@ -261,6 +261,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     let run = run::read(&root, schedule::start_utc_ns)?;
     let (airport, mut files) = airport::read(&root)?;
     let (weather, mut warnings) = weather::read(&root, &run)?;
+    warnings.extend(weather::too_dense(&weather, airport.reference.height_m));
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
     let external = external::read(&root)?;

@@ -24,6 +24,23 @@ pub(crate) fn days(notices: &[WeatherNotice]) -> Arc<Vec<(f64, Day)>> {
     Arc::new(notices.iter().map(|n| (n.time.s(), Day::from(&n.weather))).collect())
 }
 
+/// Above this height of the field, m, a pressure that nobody says is told of: 7 % of the air are too much there.
+const HIGH_M: f64 = 600.0;
+
+/// Warns of an airport so high that the air of sea level, which is there where no notice says another pressure, is none of its own.
+pub(crate) fn too_dense(notices: &[WeatherNotice], height_m: f64) -> Option<String> {
+    let usual_hpa = Weather::default().pressure_hpa;
+    let untold = notices.iter().all(|n| n.weather.pressure_hpa == usual_hpa);
+    (untold && height_m > HIGH_M).then(|| {
+        // The standard atmosphere (ICAO Doc 7488) below 11 km.
+        let there_hpa = usual_hpa * (1.0 - height_m / 44_330.77).powf(5.255_88);
+        format!(
+            "weather.timeline.pressure_hpa: {usual_hpa} hPa are those of sea level; the field lies {height_m:.0} m high, where the \
+             standard atmosphere has {there_hpa:.0} hPa"
+        )
+    })
+}
+
 /// Reads `[weather]`; without it the weather is clear and dry.
 ///
 /// The second value warns of cells that are drier than what surrounds them: the heavier rain counts.
@@ -77,7 +94,7 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
     };
     change("rain_mm_per_h", &mut weather.rain_mm_per_h, within(0.0, 1000.0, "mm/h"))?;
     change("visibility_m", &mut weather.visibility_m, within(10.0, f64::INFINITY, "m"))?;
-    change("pressure_hpa", &mut weather.pressure_hpa, within(800.0, 1100.0, "hPa"))?;
+    change("pressure_hpa", &mut weather.pressure_hpa, within(500.0, 1100.0, "hPa"))?;
     change("vapour_g_per_m3", &mut weather.vapour_g_per_m3, within(0.0, 60.0, "g/m³"))?;
     change("film_mm", &mut weather.film_mm, within(0.0, 20.0, "mm"))?;
     if let Some(celsius) = entry.number("temperature_c", within(-60.0, 60.0, "°C"))? {

@@ -89,7 +89,7 @@ export function head({ state, map, curve, finished }) {
     const parts = [
       [w.rain_mm_per_h > 0 || w.cells.length ? "wet" : "", w.cells.length ? `${rain}, ${w.cells.length} cell${w.cells.length > 1 ? "s" : ""}` : rain],
       ["", `vis ${visibility(w.visibility_m)}`], ["", wind(w.wind_mps)], ["", `${fixed(w.temperature_k - 273.15, 0)} \u00b0C`],
-      ["", `QNH ${fixed(w.pressure_hpa, 0)}`],
+      ["", `QFE ${fixed(w.pressure_hpa, 0)}`],
       ...(runwayRange(w) < 2000 ? [["", `RVR ${runwayRange(w)} m`]] : []),
       ...(w.film_mm > 0 ? [["", `film ${fixed(w.film_mm, 1)} mm`]] : []),
     ];

@@ -365,3 +365,42 @@ fn landings_towards_which_somebody_will_take_off_are_far_enough_apart() {
     }
     assert!(around <= 4, "{around} go-arounds");
 }
+
+/// La Paz lies at 4 061 m, where 620 hPa are usual: the pressure is that of the field. Who says none has the air of sea level there, and
+/// is told so.
+#[test]
+fn the_air_of_a_high_airport_is_that_which_is_said() {
+    let of = |weather: &str, height_m: f64| {
+        let (path, text) = text("XSYN", weather, 3);
+        let reference = format!(
+            "reference = {{ lat_deg = 44.9991, lon_deg = 10.0038, height_m = {height_m:.1} }}\n[weather]"
+        );
+        let scene = scenarios::load_text(&path, &text.replace("[weather]", &reference));
+        scene.unwrap_or_else(|e| panic!("{e}"))
+    };
+    let told = |scene: &Scene| {
+        scene.warnings.iter().filter(|w| w.contains("pressure_hpa")).cloned().collect::<Vec<_>>()
+    };
+    let untold = told(&of("", 4061.0));
+    assert!(untold.len() == 1 && untold[0].contains("61"), "{untold:?}");
+    assert_eq!(told(&of("", 590.0)), Vec::<String>::new());
+    let scene = of("{ at_s = 0, temperature_c = 8, pressure_hpa = 620 }", 4061.0);
+    assert_eq!(told(&scene), Vec::<String>::new());
+    let (samples, held) = watched(&scene, 3);
+    kept("XSYN at 4061 m", &held);
+    let ratio = 620.0 / 1013.25 * 288.15 / 281.15;
+    let mut left = 0;
+    for (f, flight) in held.core.flights().iter().enumerate() {
+        let lifted = |s: &Sample| s.phase == Phase::Rolling && s.position_m.z > 0.0;
+        let Some(off) = at(&samples, f, lifted) else { continue };
+        let expected = flight.take_off.0 / f64::sqrt(ratio);
+        assert!(
+            (off.speed_mps - expected).abs() < 2.0,
+            "{}: lifts off at {} m/s, {expected} expected",
+            flight.callsign,
+            off.speed_mps
+        );
+        left += 1;
+    }
+    assert!(left >= 3, "{left} departures");
+}
