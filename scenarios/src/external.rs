@@ -170,7 +170,7 @@ mod tests {
     fn every_key_of_external_is_read_and_what_is_wrong_is_said() {
         assert_eq!(external("[run]"), Ok(External::default()));
         let all = external(
-            "[external]\nsend = [\"tracks\"]\ncategories = [62, 4]\ntime = \"wall\"\nhttp = \"127.0.0.1:8601\"\npublic = \"tcp/127.0.0.1:1\"\n\
+            "[external]\nsend = [\"tracks\"]\ncategories = [62, 4]\nsac = 25\ntime = \"wall\"\nhttp = \"127.0.0.1:8601\"\npublic = \"tcp/127.0.0.1:1\"\n\
              adsb = { beast = \"127.0.0.1:30005\", sbs = \"127.0.0.1:30003\", from = \"reports\" }\n\
              [[external.asterix]]\nto = \"239.9.1.1:8600\"\ninterface = \"127.0.0.1\"\nttl = 3\n[[external.asterix]]\nto = \"10.0.0.7:8600\"\n\
              [[external.asterix_in]]\nlisten = \"239.9.1.2:8601\"\ninterface = \"127.0.0.1\"\nfrom = [\"10.0.0.8\"]\nreference = { lat_deg = 47, lon_deg = 8.5, height_m = 0 }\n",
@@ -184,6 +184,7 @@ mod tests {
             ],
             send: vec!["tracks"],
             categories: vec![62, 4],
+            sac: Some(25),
             wall: Some(true),
             asterix_in: vec![AsterixIn {
                 listen: at("239.9.1.2:8601"),
