@@ -6,7 +6,7 @@ use models::fusion::reference::{Found, ReferenceRun, Trajectory};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// Heads of [`csv`].
+/// Heads of [`csv()`].
 pub const HEADS: &str = "time_s,track,callsign,x_m,y_m,vx_ms,vy_ms,var_ee_m2,var_en_m2,var_nn_m2,vvar_ee,vvar_en,vvar_nn,stands,plot_s";
 
 /// All points, trajectory by trajectory; `track` counts trajectories from 1.
