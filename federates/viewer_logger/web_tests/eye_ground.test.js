@@ -76,6 +76,9 @@ test("designators are read by who lands, the letter nearer to the threshold", ()
   // Of the L (nearest) the upright is left of who lands: north of the middle line on an eastbound runway.
   const letter = near.filter((l) => l.every(([x]) => x < 51.1)), upright = letter.filter(([[, y0], [, y1]]) => Math.abs(y0 - y1) < 1e-6);
   assert.ok(upright.length === 2 && upright.every(([[, y]]) => y > 0), JSON.stringify(letter));
+  // Who lands on 27R has the 2 (five bars) left of the 7 (three): south and north of the line.
+  const number = far.filter((l) => l.every(([x]) => x < 2500 - 51.1)), side = (sign) => number.filter((l) => l.every(([, y]) => sign * y > 0)).length;
+  assert.deepEqual([side(-1), side(1)], [5, 3]);
   assert.deepEqual(designatorLines(runway(0, ["", ""])), []);
 });
 
