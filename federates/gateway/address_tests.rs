@@ -182,3 +182,20 @@ fn invented_addresses_are_of_one_target_each_and_stay_his() {
     assert_eq!(aircraft(&board, 2, &guests[1..]), first[1..]);
     assert_eq!(aircraft(&board, 3, &guests), first);
 }
+
+/// Every record of every category says the area code that was asked for, beside the code of its own source.
+#[test]
+fn all_that_is_sent_says_the_area_code() {
+    for sac in [0, 25, 255] {
+        let mut gateway = Gateway::new(&scene(), Choice { sac, ..Choice::default() });
+        gateway.sources.push(Source { sic: 8, kind: SensorKind::Mlat });
+        gateway.sources.push(Source { sic: 9, kind: SensorKind::Adsb });
+        let plots = vec![told(8, "SWR99Z", None), told(9, "SWR99Z", None), plot(1, 500_000_000)];
+        let sent = gateway.on_scan(&report(1, vec![track(7, 900_000_000)], plots));
+        let said = read(&sent, |r| Some((r.category.number, r.source()?)));
+        let categories: std::collections::BTreeSet<u8> = said.iter().map(|s| s.0).collect();
+        assert!([10, 11, 19, 20, 21, 62, 65].iter().all(|c| categories.contains(c)), "{said:?}");
+        assert!(said.iter().all(|(_, source)| source.0 == sac), "{sac}: {said:?}");
+        assert!(said.iter().any(|(category, source)| *category == 62 && source.1 == SMDFM_SIC));
+    }
+}

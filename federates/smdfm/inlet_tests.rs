@@ -79,7 +79,7 @@ fn flown(
 
 /// What the gateway sends of a run, by scan.
 fn sent(scene: &Scene, reports: &[ScanReport]) -> BTreeMap<u64, Vec<Vec<u8>>> {
-    let choice = Choice { sensors: true, tracks: false, status: false, categories: None };
+    let choice = Choice { sensors: true, tracks: false, status: false, categories: None, sac: 0 };
     let mut gateway = Gateway::new(scene, choice);
     reports.iter().map(|report| (report.scan, gateway.on_scan(report))).collect()
 }

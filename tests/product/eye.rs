@@ -153,13 +153,13 @@ fn contrasts_in_the_picture_are_those_of_physics_and_wrong_renderers_are_found()
         ("depth for distance", "distance(at, uEye)", "(1.0 / gl_FragCoord.w)"),
         (
             "squared",
-            "exp(-uBeta * distance(at, uEye))",
-            "exp(-pow(uBeta * distance(at, uEye), 2.0))",
+            "exp(-extinctionTo(at) * distance(at, uEye))",
+            "exp(-pow(extinctionTo(at) * distance(at, uEye), 2.0))",
         ),
         (
             "3.912 over V",
-            "exp(-uBeta * distance(at, uEye))",
-            "exp(-1.3059 * uBeta * distance(at, uEye))",
+            "exp(-extinctionTo(at) * distance(at, uEye))",
+            "exp(-1.3059 * extinctionTo(at) * distance(at, uEye))",
         ),
         ("no dither", "n / 255.0", "0.0"),
     ] {

@@ -12,12 +12,11 @@ float extinctionTo(vec3 at) {
   float rain = uRain;
   for (int i = 0; i < uCellCount; i++) if (distance(middle, uCells[i].xy) <= uCells[i].z) rain = max(rain, uCells[i].w);
   return uFog + 0.248e-3 * pow(max(rain, 1e-9), 0.67);
-}
-float through(vec3 at) { return exp(-extinctionTo(at) * distance(at, uEye)); }`;
+}`;
 
 const AIR = `${LINE}
 uniform float uExposure; uniform vec3 uHorizon;
-vec3 air(vec3 l, vec3 at) { float t = through(at); return l * t + uHorizon * (1.0 - t); }
+vec3 air(vec3 l, vec3 at) { float t = exp(-extinctionTo(at) * distance(at, uEye)); return l * t + uHorizon * (1.0 - t); }
 vec3 encoded(vec3 l) {
   vec3 x = clamp(l * uExposure, 0.0, 1.0);
   vec3 s = mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));

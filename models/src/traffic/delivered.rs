@@ -2,7 +2,7 @@
 //! were wanted, slots kept (traffic.md 10).
 
 use super::core::{Core, Flight, Measures};
-use super::runway_roll::approach_time_s;
+use super::runway_roll::{NAUTICAL_MILE_M, approach_airspeed_mps};
 
 /// Pairs farther apart than what they need and this are not of one stream, s.
 const STREAM_S: f64 = 300.0;
@@ -46,14 +46,25 @@ pub(super) fn of_take_offs(core: &Core, flights: &[usize]) -> Option<Separations
     separations(at.collect(), |a, b| flight(a).wake.departure_gap_s(flight(b).wake))
 }
 
-/// Of landings on a runway end: the time that the second takes over the distance that it needs, in a head wind of `head_mps`.
-pub(super) fn of_landings(core: &Core, flights: &[usize], head_mps: f64) -> Option<Separations> {
+/// Of landings on a runway end: the time that the second takes over the distance that it needs, in the head wind of its touchdown.
+pub(super) fn of_landings(core: &Core, flights: &[usize]) -> Option<Separations> {
     let at = flights.iter().filter_map(|f| Some((core.measures(*f).aldt_s?, *f)));
     let flight = |f: usize| &core.flights()[f];
     separations(at.collect(), |a, b| {
         let apart_nm = flight(a).wake.landing_gap_nm(flight(b).wake);
-        approach_time_s(flight(b).landing.0, head_mps, apart_nm).unwrap_or(0.0)
+        last_miles_s(flight(b).landing.0, core.measures(b).head_mps, apart_nm)
     })
+}
+
+/// Time over the last miles before the threshold, s, by hundredths of a mile; infinite against a wind that cannot be flown.
+fn last_miles_s(touchdown_mps: f64, head_mps: f64, from_nm: f64) -> f64 {
+    let step_m = 0.01 * NAUTICAL_MILE_M;
+    let steps = (100.0 * from_nm).round() as u32;
+    let slowness = |k: u32| {
+        let mps = approach_airspeed_mps((f64::from(k) + 0.5) * step_m, touchdown_mps) - head_mps;
+        if mps > 0.0 { 1.0 / mps } else { f64::INFINITY }
+    };
+    (0..steps).map(slowness).sum::<f64>() * step_m
 }
 
 /// Take-off after the time at which it could have been: target off-block and the way driven alone, or, later, the begin of its slot, s.
@@ -100,6 +111,21 @@ mod tests {
         assert_eq!((exact.mean_surplus_s, exact.violations), (-0.5, 0));
         assert_eq!(separations(vec![(0.0, 0)], need_s), None);
         assert_eq!(separations(vec![(0.0, 0), (1000.0, 2)], need_s), None);
+    }
+
+    #[test]
+    fn the_last_miles_take_as_long_as_an_approach_over_them() {
+        use crate::traffic::runway_roll::approach_time_s;
+        for (touchdown_mps, head_mps) in [(70.0, 0.0), (62.0, 12.0), (29.0, -3.0)] {
+            for from_nm in [4.0, 5.0, 8.0] {
+                let whole = approach_time_s(touchdown_mps, head_mps, from_nm).expect("flown");
+                let found = last_miles_s(touchdown_mps, head_mps, from_nm);
+                assert!((found - whole).abs() < 1e-3, "{touchdown_mps} {from_nm}: {found} {whole}");
+            }
+            let three = 3.0 * NAUTICAL_MILE_M / (1.03 * touchdown_mps - head_mps);
+            assert!((last_miles_s(touchdown_mps, head_mps, 3.0) - three).abs() < 1e-9);
+        }
+        assert_eq!(last_miles_s(60.0, 80.0, 3.0), f64::INFINITY);
     }
 
     #[test]

@@ -48,8 +48,8 @@ pub fn measured(core: &Core) -> Vec<Measured> {
     let fuel_kg: f64 = all.iter().map(|m| m.fuel_kg).sum();
     let leaving = || of(Direction::Departure).map(|f| (&core.flights()[f], core.measures(f)));
     let percent = |kept: bool| if kept { 100.0 } else { 0.0 };
-    let kept = mean(leaving().filter_map(|(f, m)| keeps_slot(f, &m)).map(percent));
-    let take_off_delay = mean(leaving().filter_map(|(f, m)| take_off_delay_s(f, &m)));
+    let kept = mean(leaving().filter_map(|(f, m)| keeps_slot(f, m)).map(percent));
+    let take_off_delay = mean(leaving().filter_map(|(f, m)| take_off_delay_s(f, m)));
     let start_ups =
         mean(of(Direction::Departure).filter_map(|f| keeps_start_up(core, f)).map(percent));
     let added = |of: &[&Measures]| of.iter().filter_map(|m| m.additional_s()).collect::<Vec<_>>();
@@ -99,7 +99,7 @@ pub fn measured(core: &Core) -> Vec<Measured> {
                 put(&format!("{what} {name}"), most_within(&times_s, span_s) as f64, "");
             }
             let separated = [
-                ("landing", of_landings(core, &on(Direction::Arrival), core.head_on_mps((r, end)))),
+                ("landing", of_landings(core, &on(Direction::Arrival))),
                 ("take_off", of_take_offs(core, &on(Direction::Departure))),
             ];
             for (what, found) in separated {

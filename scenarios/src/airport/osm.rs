@@ -21,11 +21,13 @@ struct Point {
     lon_deg: f64,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Element {
     kind: String,
     tags: BTreeMap<String, String>,
     points: Vec<Point>,
+    /// Drawn as a surface, not as a line to follow.
+    area: bool,
 }
 
 /// The elements of a file, in degrees.
@@ -84,12 +86,26 @@ fn of_overpass(elements: &[Value]) -> Vec<Element> {
         let (lat_deg, lon_deg) = *places.get(&id)?;
         Some(Point { id: id.to_string(), lat_deg, lon_deg })
     };
+    // With `out geom` a way has its places itself, in the order of its nodes where these are named too.
+    let own = |way: &Value| -> Vec<Point> {
+        let ids = way["nodes"].as_array().map_or(&[][..], Vec::as_slice);
+        let places = way["geometry"].as_array().map_or(&[][..], Vec::as_slice);
+        let named = ids.len() == places.len();
+        let point = |(i, p): (usize, &Value)| {
+            let (lat_deg, lon_deg) = degrees(&p["lat"], &p["lon"])?;
+            let id = ids.get(i).filter(|_| named).and_then(Value::as_i64);
+            let id = id.map_or_else(|| by_place(lat_deg, lon_deg), |id| id.to_string());
+            Some(Point { id, lat_deg, lon_deg })
+        };
+        places.iter().enumerate().filter_map(point).collect()
+    };
     let mut found = Vec::new();
     for e in elements {
         let tags = tags_of(&e["tags"]);
         let Some(kind) = tags.get("aeroway").cloned() else { continue };
         let points: Vec<Point> = match e["type"].as_str() {
             Some("node") => e["id"].as_i64().and_then(point).into_iter().collect(),
+            Some("way") if e["geometry"].is_array() => own(e),
             Some("way") => {
                 let ids = e["nodes"].as_array().map_or(&[][..], Vec::as_slice);
                 ids.iter().filter_map(Value::as_i64).filter_map(point).collect()
@@ -97,10 +113,16 @@ fn of_overpass(elements: &[Value]) -> Vec<Element> {
             _ => Vec::new(),
         };
         if !points.is_empty() {
-            found.push(Element { kind, tags, points });
+            let area = tags.get("area").is_some_and(|a| a == "yes");
+            found.push(Element { kind, tags, points, area });
         }
     }
     found
+}
+
+/// What stands for a node that has no name: where it is.
+fn by_place(lat_deg: f64, lon_deg: f64) -> String {
+    format!("{lat_deg:.7}_{lon_deg:.7}")
 }
 
 fn of_feature(feature: &Value) -> Vec<Element> {
@@ -109,7 +131,7 @@ fn of_feature(feature: &Value) -> Vec<Element> {
     let point = |c: &Value| {
         let (lat_deg, lon_deg) = degrees(&c[1], &c[0])?;
         // Coordinates stand for the nodes that GeoJSON does not name.
-        Some(Point { id: format!("{lat_deg:.7}_{lon_deg:.7}"), lat_deg, lon_deg })
+        Some(Point { id: by_place(lat_deg, lon_deg), lat_deg, lon_deg })
     };
     let list = |value: &Value| -> Vec<Point> {
         value.as_array().map_or(&[][..], Vec::as_slice).iter().filter_map(point).collect()
@@ -128,8 +150,11 @@ fn of_feature(feature: &Value) -> Vec<Element> {
         }
         _ => Vec::new(),
     };
+    let surface =
+        ["Polygon", "MultiPolygon"].map(Some).contains(&feature["geometry"]["type"].as_str());
+    let area = surface || tags.get("area").is_some_and(|a| a == "yes");
     let sound = rings.into_iter().filter(|r| !r.is_empty());
-    sound.map(|points| Element { kind: kind.clone(), tags: tags.clone(), points }).collect()
+    sound.map(|points| Element { kind: kind.clone(), tags: tags.clone(), points, area }).collect()
 }
 
 impl Osm {
@@ -162,9 +187,15 @@ impl Osm {
                     let width_m = width.unwrap_or(ASSUMED_RUNWAY_WIDTH_M);
                     network.add_runway(element, name, width_m, has_runways, report);
                 }
+                "taxiway" | "taxilane" if element.area => network.add_outline(element, true),
                 "taxiway" | "taxilane" => {
-                    let one_way = matches!(tag("oneway"), "yes" | "1" | "true");
-                    network.add_way(element, name, width.unwrap_or(width_m), !one_way, false);
+                    let back = matches!(tag("oneway"), "-1" | "reverse");
+                    let one_way = back || matches!(tag("oneway"), "yes" | "1" | "true");
+                    let mut way = element.clone();
+                    if back {
+                        way.points.reverse();
+                    }
+                    network.add_way(&way, name, width.unwrap_or(width_m), !one_way, false);
                 }
                 "apron" => network.add_outline(element, true),
                 "terminal" | "hangar" => network.add_outline(element, false),
@@ -234,7 +265,19 @@ impl Network<'_> {
     fn add_way(&mut self, way: &Element, name: &str, width_m: f64, two_way: bool, runway: bool) {
         for pair in way.points.windows(2) {
             let (from, to) = (self.node(&pair[0]), self.node(&pair[1]));
-            if from == to || !self.seen.insert((from.min(to), from.max(to))) {
+            if from == to {
+                continue;
+            }
+            if !self.seen.insert((from.min(to), from.max(to))) {
+                // Mapped twice: driven the ways that either of them is.
+                let known = self
+                    .airport
+                    .edges
+                    .iter_mut()
+                    .find(|e| [e.from, e.to] == [from, to] || [e.from, e.to] == [to, from]);
+                if let Some(known) = known {
+                    known.two_way |= two_way || known.from == to;
+                }
                 continue;
             }
             let name = name.to_owned();
@@ -250,15 +293,20 @@ impl Network<'_> {
         has_runways: bool,
         report: &mut LayoutReport,
     ) {
+        let closed = way.points.len() > 3
+            && way.points.first().map(|p| &p.id) == way.points.last().map(|p| &p.id);
+        if way.area || closed {
+            self.add_outline(way, true);
+            report.lines.push(format!("runway {name:?}: a surface without a line: pavement only"));
+            return;
+        }
         self.add_way(way, name, width_m, true, true);
         // Another file has said where they lie, with thresholds that this form does not know.
         if has_runways {
             return;
         }
         let points: Vec<_> = way.points.iter().map(|p| self.place(p)).collect();
-        let area = way.points.len() > 3
-            && way.points.first().map(|p| &p.id) == way.points.last().map(|p| &p.id);
-        match runway_of(name, &points, width_m).filter(|_| !area) {
+        match runway_of(name, &points, width_m) {
             Some(runway) => {
                 // A runway may be several ways of one name: the longest stretch over all of them.
                 let known = self.airport.runways.iter().position(|r| r.names == runway.names);

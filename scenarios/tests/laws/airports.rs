@@ -224,6 +224,86 @@ fn openstreetmap_is_the_same_in_both_forms() {
     assert!(names.contains(&"05R/23L".to_owned()), "{names:?}");
 }
 
+/// An extract with the places inside its ways (Overpass `out geom`), with or without the numbers of their nodes, was "no aeroway".
+#[test]
+fn openstreetmap_with_the_places_inside_its_ways_is_the_same() {
+    use serde_json::{Value, json};
+    let text = std::fs::read_to_string(shipped("EGCC.osm.json")).expect("ships");
+    let plain: Value = serde_json::from_str(&text).expect("JSON");
+    let elements = plain["elements"].as_array().expect("elements");
+    let place = |id: &Value| {
+        let node = elements.iter().find(|e| e["type"] == "node" && e["id"] == *id).expect("a node");
+        json!({ "lat": node["lat"], "lon": node["lon"] })
+    };
+    let inside = |named: bool| {
+        let ways = elements.iter().filter(|e| e["type"] == "way").map(|e| {
+            let mut way = e.clone();
+            way["geometry"] = e["nodes"].as_array().expect("nodes").iter().map(place).collect();
+            if !named {
+                way.as_object_mut().expect("a way").remove("nodes");
+            }
+            way
+        });
+        let nodes = elements.iter().filter(|e| e["type"] == "node" && e["tags"].is_object());
+        json!({ "elements": nodes.cloned().chain(ways).collect::<Vec<_>>() }).to_string()
+    };
+    let (first, _) = check_text("plain.osm.json", text.as_bytes()).expect("plain");
+    let (named, _) = check_text("named.osm.json", inside(true).as_bytes()).expect("named");
+    assert_eq!(
+        (&named.nodes, &named.edges, &named.stands),
+        (&first.nodes, &first.edges, &first.stands)
+    );
+    let (bare, _) = check_text("bare.osm.json", inside(false).as_bytes()).expect("without numbers");
+    assert_eq!(bare.edges.len(), first.edges.len());
+    assert_eq!(bare.stands.len(), first.stands.len());
+}
+
+/// One-way against its line, a surface of a taxiway and of a runway beside its line, a line mapped twice.
+#[test]
+fn openstreetmap_lines_are_driven_as_they_say() {
+    let at = |id: i64, x: i64, y: i64| {
+        format!(
+            r#"{{"type":"node","id":{id},"lat":{},"lon":{}}}"#,
+            50.0 + y as f64 * 1e-5,
+            8.0 + x as f64 * 1e-5
+        )
+    };
+    let way = |id: i64, nodes: &str, tags: &str| {
+        format!(r#"{{"type":"way","id":{id},"nodes":[{nodes}],"tags":{{{tags}}}}}"#)
+    };
+    let mut elements: Vec<String> = (0..8).map(|i| at(i, 400 * (i % 4), 300 * (i / 4))).collect();
+    elements.extend([at(8, 0, 10), at(9, 1200, 10), at(10, 1200, -10), at(11, 0, -10)]);
+    elements.push(way(1, "0,1,2,3", r#""aeroway":"runway","ref":"09/27""#));
+    elements.push(way(2, "11,10,9,8,11", r#""aeroway":"runway","ref":"09/27""#));
+    elements.push(way(3, "1,5", r#""aeroway":"taxiway","ref":"A","oneway":"-1""#));
+    elements.push(way(4, "2,6", r#""aeroway":"taxiway","ref":"B","oneway":"yes""#));
+    elements.push(way(5, "5,6,7", r#""aeroway":"taxiway","ref":"C","oneway":"yes""#));
+    elements.push(way(6, "6,5", r#""aeroway":"taxiway","ref":"C","oneway":"yes""#));
+    elements.push(way(7, "4,5,6,7,4", r#""aeroway":"taxiway","ref":"C","area":"yes""#));
+    let text = format!(r#"{{"elements":[{}]}}"#, elements.join(","));
+    let (airport, _) = check_text("drawn.osm.json", text.as_bytes()).expect("an airport");
+    let mut edges: Vec<(String, String, bool)> = airport
+        .edges
+        .iter()
+        .map(|e| (airport.nodes[e.from].name.clone(), airport.nodes[e.to].name.clone(), e.two_way))
+        .collect();
+    edges.sort();
+    let of = |a: &str, b: &str, both: bool| (a.to_owned(), b.to_owned(), both);
+    let known = [
+        of("0", "1", true),
+        of("1", "2", true),
+        of("2", "3", true),
+        of("2", "6", false),
+        of("5", "1", false),
+        of("5", "6", true),
+        of("6", "7", false),
+    ];
+    assert_eq!(edges, known);
+    assert_eq!((airport.runways.len(), airport.pavement.len()), (1, 2));
+    let [a, b] = airport.runways[0].ends_m;
+    assert!(((b - a).norm() - 860.0).abs() < 10.0, "{}", (b - a).norm());
+}
+
 /// A stand is only ever the begin or the end of a way: 333 to B54 at Amsterdam led over X_12.
 #[test]
 fn no_way_leads_over_a_stand() {

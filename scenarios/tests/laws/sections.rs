@@ -49,7 +49,10 @@ fn a_call_sign_of_two_schedules_is_refused_where_it_comes_again() {
         std::fs::write(folder.join(name), format!("{head}{rows}")).expect("written");
     };
     write("a.csv", "DLH1,,A320,departure,09,C1,2026-05-12T06:05:00Z,\n");
-    write("b.csv", "DLH2,,A320,departure,09,C2,2026-05-12T06:05:00Z,\nDLH1,,A320,departure,09,C3,2026-05-12T06:10:00Z,\n");
+    write(
+        "b.csv",
+        "DLH2,,A320,departure,09,C2,2026-05-12T06:05:00Z,\nDLH1,,A320,departure,09,C3,2026-05-12T06:10:00Z,\n",
+    );
     let section = |name: &str| {
         let file = folder.join(name);
         format!("[[traffic]]\nkind = \"schedule\"\nfile = {:?}\n", file.display().to_string())

@@ -555,6 +555,7 @@ impl Core {
             (mover.height_m, mover.climb_mps) = (0.0, 0.0);
             mover.phase = Phase::Landing;
             mover.measures.aldt_s = Some(now);
+            mover.measures.head_mps = head_mps;
             mover.ready_s = now + 2.0;
         }
     }

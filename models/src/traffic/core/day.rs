@@ -100,7 +100,7 @@ impl Core {
     }
 
     /// Head wind along a runway from an end of it, m/s.
-    pub(in crate::traffic) fn head_on_mps(&self, (r, end): (usize, usize)) -> f64 {
+    pub(super) fn head_on_mps(&self, (r, end): (usize, usize)) -> f64 {
         match self.net.runways.get(r) {
             Some(runway) => {
                 self.day.head_mps(Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]))

@@ -177,6 +177,8 @@ pub struct Measures {
     pub fuel_kg: f64,
     /// Go-arounds.
     pub go_arounds: u32,
+    /// Head wind at its touchdown, m/s.
+    pub head_mps: f64,
 }
 
 impl Measures {
