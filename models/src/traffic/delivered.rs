@@ -87,13 +87,6 @@ pub(super) fn keeps_start_up(core: &Core, flight: usize) -> Option<bool> {
     Some(late_s.abs() <= START_UP_S)
 }
 
-/// The value that a share of all is not beyond (the nearest rank); `None` of none.
-pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let rank = (share * values.len() as f64).ceil() as usize;
-    values.get(rank.max(1) - 1).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,14 +119,5 @@ mod tests {
             assert!((last_miles_s(touchdown_mps, head_mps, 3.0) - three).abs() < 1e-9);
         }
         assert_eq!(last_miles_s(60.0, 80.0, 3.0), f64::INFINITY);
-    }
-
-    #[test]
-    fn quantiles_are_of_the_nearest_rank() {
-        let values: Vec<f64> = (1..=20).rev().map(f64::from).collect();
-        assert_eq!(quantile(values.clone(), 0.95), Some(19.0));
-        assert_eq!(quantile(values, 1.0), Some(20.0));
-        assert_eq!(quantile(vec![3.0], 0.0), Some(3.0));
-        assert_eq!(quantile(Vec::new(), 0.95), None);
     }
 }

@@ -2,8 +2,9 @@
 
 use super::core::{Core, Direction, Measures};
 use super::delivered::{
-    Separations, keeps_slot, keeps_start_up, of_landings, of_take_offs, quantile, take_off_delay_s,
+    Separations, keeps_slot, keeps_start_up, of_landings, of_take_offs, take_off_delay_s,
 };
+use crate::score::robust::quantile;
 
 /// A measure with its unit; empty for a count.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +53,11 @@ pub fn measured(core: &Core) -> Vec<Measured> {
     let take_off_delay = mean(leaving().filter_map(|(f, m)| take_off_delay_s(f, m)));
     let start_ups =
         mean(of(Direction::Departure).filter_map(|f| keeps_start_up(core, f)).map(percent));
-    let added = |of: &[&Measures]| of.iter().filter_map(|m| m.additional_s()).collect::<Vec<_>>();
+    let added = |of: &[&Measures]| {
+        let mut added: Vec<f64> = of.iter().filter_map(|m| m.additional_s()).collect();
+        added.sort_by(f64::total_cmp);
+        added
+    };
     let [added_in, added_out] = [added(&arrivals), added(&departures)];
     let taxied = || all.iter().filter(|m| m.taxi_s.is_some());
     let means = [
@@ -61,9 +66,9 @@ pub fn measured(core: &Core) -> Vec<Measured> {
         ("taxi_in_mean", mean(arrivals.iter().filter_map(|m| m.taxi_s)), "s"),
         ("additional_mean", mean(all.iter().filter_map(|m| m.additional_s())), "s"),
         ("taxi_out_additional_mean", mean(added_out.iter().copied()), "s"),
-        ("taxi_out_additional_95_percent", quantile(added_out, 0.95), "s"),
+        ("taxi_out_additional_95_percent", quantile(&added_out, 0.95), "s"),
         ("taxi_in_additional_mean", mean(added_in.iter().copied()), "s"),
-        ("taxi_in_additional_95_percent", quantile(added_in, 0.95), "s"),
+        ("taxi_in_additional_95_percent", quantile(&added_in, 0.95), "s"),
         ("stops_mean", mean(taxied().map(|m| f64::from(m.stops))), ""),
         ("stopped_mean", mean(taxied().map(|m| m.stopped_s)), "s"),
         ("off_block_delay_mean", mean(delays_s(core, of(Direction::Departure), true)), "s"),
