@@ -180,7 +180,9 @@ impl Network {
         net.spines();
         net.holds(airport);
         net.turn_pads();
+        let before = net.clone();
         net.lead_ins();
+        net.free_lanes(&before);
         net.report.push("R6: pushbacks follow lead-in and lane, L + 20 m away from the way".into());
         net.parts();
         net.report.push("R8: widths by code letter, else as the layout says".into());

@@ -4,8 +4,8 @@ use super::{Network, named};
 use std::collections::BTreeSet;
 
 impl Network {
-    /// R7: what can be reached from the busiest node and left to it, stands aside.
-    pub(super) fn parts(&mut self) {
+    /// Out of and into each node, by the edges as they may be driven.
+    fn ways_of_nodes(&self) -> [Vec<Vec<usize>>; 2] {
         let count = self.nodes.len();
         let (mut out, mut into) = (vec![Vec::new(); count], vec![Vec::new(); count]);
         for edge in &self.edges {
@@ -17,6 +17,13 @@ impl Network {
                 into[a].push(b);
             }
         }
+        [out, into]
+    }
+
+    /// The largest part whose nodes are all reached from and left to each other, stands aside.
+    fn largest_part(&self) -> Vec<bool> {
+        let count = self.nodes.len();
+        let [out, into] = self.ways_of_nodes();
         let passes = |n: usize| self.nodes[n].stand.is_none();
         let reached = |start: usize, next: &Vec<Vec<usize>>| {
             let mut seen = vec![false; count];
@@ -44,6 +51,50 @@ impl Network {
                 best = part;
             }
         }
+        best
+    }
+
+    /// R5, where stands lie on lanes: with what went on from them lanes lose the ways on, and who may drive them one way
+    /// only is trapped. Each edge that led out of `before`'s part to such a trap, or back from it, becomes two-way.
+    pub(super) fn free_lanes(&mut self, before: &Self) {
+        let was = before.largest_part();
+        // Nodes that were made since lie on edges of that part, or are stands.
+        let wanted = |net: &Self, n: usize| {
+            net.nodes[n].stand.is_none() && was.get(n).is_none_or(|was| *was)
+        };
+        let mut freed = Vec::new();
+        loop {
+            let part = self.largest_part();
+            let at_trap: Vec<usize> = (0..self.edges.len())
+                .filter(|e| {
+                    let edge = &self.edges[*e];
+                    let [a, b] = edge.nodes;
+                    !edge.two_way && part[a] != part[b] && wanted(self, a) && wanted(self, b)
+                })
+                .collect();
+            if at_trap.is_empty() {
+                break;
+            }
+            for e in at_trap {
+                self.edges[e].two_way = true;
+                let [a, b] = self.edges[e].nodes.map(|n| &self.nodes[n].name);
+                freed.push(format!("{a}-{b}"));
+            }
+        }
+        if !freed.is_empty() {
+            self.findings.push(format!(
+                "{} one-way edges lead to or from nothing but stands that end their lane, two-way now (assumed): {}",
+                freed.len(),
+                named(&freed)
+            ));
+        }
+    }
+
+    /// R7: what can be reached from the busiest node and left to it, stands aside.
+    pub(super) fn parts(&mut self) {
+        let count = self.nodes.len();
+        let best = self.largest_part();
+        let [_, into] = self.ways_of_nodes();
         let in_use: BTreeSet<usize> = self.edges.iter().flat_map(|e| e.nodes).collect();
         let mut lost = Vec::new();
         for n in 0..count {

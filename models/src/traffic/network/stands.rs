@@ -205,3 +205,84 @@ impl Network {
         ));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Network;
+    use crate::airport::{Airport, Edge, Hold, Node, Stand};
+    use crate::frames::Point2;
+
+    /// A lane into a row of drive-through stands and a lane out of it, both one-way, that meet over the last stand only
+    /// (Bratislava): where the stands end their edges the lanes stay ways in and out, and each stand is in use.
+    #[test]
+    fn lanes_that_meet_over_a_stand_alone_are_ways_to_all_its_neighbours() {
+        for turned in [0.0, 0.6, 2.5] {
+            let turn = |x: f64, y: f64| {
+                let (sin, cos) = libm::sincos(turned);
+                Point2::new(x * cos - y * sin, x * sin + y * cos)
+            };
+            let mut airport = Airport::default();
+            // A two-way ring, its corner 0 at the lanes.
+            let mut places = vec![(0.0, 0.0), (-300.0, 0.0), (-300.0, -300.0), (0.0, -300.0)];
+            places.extend((0..4).map(|i| (60.0 + 40.0 * f64::from(i), 0.0)));
+            places.extend((0..4).map(|i| (60.0 + 40.0 * f64::from(i), 70.0)));
+            for (n, (x, y)) in places.iter().enumerate() {
+                let (name, position_m) = (n.to_string(), turn(*x, *y));
+                airport.nodes.push(Node { name, position_m, hold: Hold::None });
+            }
+            let mut edge = |from: usize, to: usize, two_way: bool| {
+                airport.edges.push(Edge {
+                    from,
+                    to,
+                    two_way,
+                    runway: false,
+                    name: String::new(),
+                    width_m: 15.0,
+                });
+            };
+            (0..4).for_each(|n| edge(n, (n + 1) % 4, true));
+            for (from, to) in [(0, 4), (4, 5), (5, 6), (6, 7), (7, 11), (11, 10), (10, 9), (9, 8)] {
+                edge(from, to, false);
+            }
+            edge(8, 0, false);
+            (0..3).for_each(|i| edge(4 + i, 8 + i, true));
+            for i in 0..4 {
+                let position_m = turn(60.0 + 40.0 * i as f64, 40.0);
+                // Heading, clockwise from north, of the axis from the lane in to the lane out.
+                let heading_rad = -turned;
+                airport.stands.push(Stand {
+                    name: format!("S{i}"),
+                    position_m,
+                    heading_rad,
+                    node: None,
+                });
+            }
+            let net = Network::of(&airport);
+            let unused: Vec<&str> =
+                net.nodes.iter().filter(|n| !n.used).map(|n| n.name.as_str()).collect();
+            assert!(unused.is_empty(), "{turned}: {unused:?}, {:?}", net.findings);
+            assert_eq!(net.stands.iter().filter(|s| s.node.is_some()).count(), 4, "{turned}");
+            // Only what led to and from the stands was opened.
+            let one_way = net.edges.iter().filter(|e| !e.two_way).count();
+            assert_eq!(one_way, 0, "{turned}");
+            assert!(net.findings.iter().any(|f| f.contains("two-way now")), "{turned}");
+        }
+    }
+
+    /// A trap of the file itself is not ours to free: it is reported (R7).
+    #[test]
+    fn a_trap_of_the_file_stays_one() {
+        let mut airport = Airport::default();
+        for (n, (x, y)) in [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (300.0, 0.0)].iter().enumerate() {
+            let position_m = Point2::new(*x, *y);
+            airport.nodes.push(Node { name: n.to_string(), position_m, hold: Hold::None });
+        }
+        for (from, to, two_way) in [(0, 1, true), (1, 2, true), (2, 0, true), (1, 3, false)] {
+            let (runway, name, width_m) = (false, String::new(), 15.0);
+            airport.edges.push(Edge { from, to, two_way, runway, name, width_m });
+        }
+        let net = Network::of(&airport);
+        assert!(!net.nodes[3].used && net.nodes[..3].iter().all(|n| n.used));
+        assert!(net.edges.iter().any(|e| !e.two_way));
+    }
+}
