@@ -273,7 +273,9 @@ mod tests {
     #[test]
     fn a_trap_of_the_file_stays_one() {
         let mut airport = Airport::default();
-        for (n, (x, y)) in [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (300.0, 0.0)].iter().enumerate() {
+        for (n, (x, y)) in
+            [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (300.0, 0.0)].iter().enumerate()
+        {
             let position_m = Point2::new(*x, *y);
             airport.nodes.push(Node { name: n.to_string(), position_m, hold: Hold::None });
         }
