@@ -7,6 +7,7 @@
 use super::departure::Goal;
 use super::{Core, Flight, Phase, Policy, Timing};
 use crate::draw::uniform;
+use crate::traffic::tractrix::drawn_slip_rad;
 use crate::traffic::way::Way;
 
 /// A stay at a stand, least and most, s (assumed).
@@ -22,6 +23,8 @@ const STANDS_TRIED: u64 = 4;
 /// And so many for its first stand.
 const FIRST_TRIED: u64 = 8;
 const AGAIN_S: f64 = 30.0;
+/// Nobody drives to a stand on which he would stand so far off its line, rad: 2 degrees (assumed).
+const MOST_CROOKED_RAD: f64 = 0.035;
 
 impl Core {
     /// Whether a mover is a vehicle, not a flight.
@@ -99,6 +102,23 @@ impl Core {
         free.then_some(pieces)
     }
 
+    /// Whether a vehicle at the end of its way stands along its line: behind a sharp bend its rear axle needs some metres to come in
+    /// behind its nose.
+    fn ends_straight(&self, m: usize) -> bool {
+        let Way { path, stop_m, .. } = &self.movers[m].way;
+        let wheelbase_m = self.flights[m].wheelbase_m;
+        // What was before so many wheelbases leaves no trace.
+        let from_m = (stop_m - 12.0 * wheelbase_m).max(0.0);
+        let heading_rad = |way_m: f64| path.heading_rad(from_m + way_m);
+        let steps = (4.0 * (stop_m - from_m) / wheelbase_m).ceil();
+        let step_m = (stop_m - from_m) / steps.max(1.0);
+        let slip_rad = (0..steps as u32).fold(0.0, |slip, k| {
+            let at_m = f64::from(k) * step_m;
+            drawn_slip_rad(slip, step_m, wheelbase_m, |way_m| heading_rad(at_m + way_m))
+        });
+        slip_rad.abs() <= MOST_CROOKED_RAD
+    }
+
     /// Whether a vehicle on a stand drives now: it has a drive, or its stay is over and one is found.
     pub(super) fn is_to_drive(&mut self, m: usize) -> bool {
         if self.movers[m].goal.is_some() && !self.movers[m].push.pieces.is_empty() {
@@ -131,7 +151,7 @@ impl Core {
             }
             let Some(pieces) = self.stand_to_drive_to(m, stand) else { continue };
             self.movers[m].goal = Some((stand, pieces));
-            if self.find_departure(m) {
+            if self.find_departure(m) && self.ends_straight(m) {
                 return true;
             }
             self.gives_up_drive(m);
