@@ -7,6 +7,7 @@ mod generated;
 pub mod handover;
 mod rates;
 mod reach;
+mod refused;
 mod stands;
 pub(crate) mod table;
 pub(crate) mod vehicles;
@@ -286,6 +287,16 @@ pub(crate) fn read(
                     "{}: no stand is reached from the exits of runway {}, lands on {runway_name}",
                     w.callsign, w.runway
                 ));
+            }
+            if let Some(lack) = refused::lack(&ground, &w, row, runway) {
+                match lack {
+                    refused::Lack::Now(text) => remarks.push(text),
+                    refused::Lack::Always(found) => {
+                        let needed = "a longer runway, a lighter type or other weather".into();
+                        let problem = Problem::WrongKind { found, needed };
+                        return Err(ScenarioError::new(&file, w.line, "runway", problem));
+                    }
+                }
             }
             let mut stand = stand_named(&network, &w.stand).ok_or_else(|| {
                 refuse("stand", &w.stand, network.stands.iter().map(|s| s.name.as_str()).collect())

@@ -6,6 +6,9 @@ use crate::frames::{Azimuth, wrap_pi};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+/// Nobody turns farther onto a runway, rad (assumed).
+const SHARPEST_ENTRY_RAD: f64 = 2.1;
+
 /// Directed edges of a network, for searches: arc `2 e` runs from the first node of edge `e` to the second,
 /// `2 e + 1` back.
 #[derive(Clone, Debug, Default)]
@@ -124,6 +127,32 @@ impl Arcs {
     #[must_use]
     pub fn length_m(&self, arc: usize) -> f64 {
         self.length_m[arc]
+    }
+
+    /// Runway ahead of where an arc comes onto it for a take-off from an end of it, m; none where it does not, or turns back.
+    #[must_use]
+    pub fn run_ahead_m(&self, net: &Network, (r, end): (usize, usize), arc: usize) -> Option<f64> {
+        let (runway, edge) = (&net.runways[r], &net.edges[arc / 2]);
+        if edge.strip != Some(r) || edge.runway.is_some() {
+            return None;
+        }
+        let node = Self::to(net, arc);
+        let place = runway.spine.iter().find(|(_, n)| *n == node)?.0;
+        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+        let turn = wrap_pi(direction - self.heading_rad(arc)).abs();
+        (turn < SHARPEST_ENTRY_RAD).then_some(if end == 0 {
+            runway.length_m - place
+        } else {
+            place
+        })
+    }
+
+    /// The most of it ahead of any entry, m; 0 without one.
+    #[must_use]
+    pub fn longest_run_m(&self, net: &Network, end: (usize, usize)) -> f64 {
+        let nodes = net.runways[end.0].spine.iter().map(|(_, n)| *n);
+        let towards = nodes.flat_map(|n| self.away_from(net, n)).map(|a| a ^ 1);
+        towards.filter_map(|arc| self.run_ahead_m(net, end, arc)).fold(0.0, f64::max)
     }
 
     /// Turn from one arc to the next, rad, not negative.

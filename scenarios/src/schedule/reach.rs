@@ -56,6 +56,11 @@ impl<'a> Ground<'a> {
         self.in_wind(day.map_or(self.worst.wind_mps, |d| d.1.wind_mps))
     }
 
+    /// The most of a runway ahead of any entry for take-offs from an end, m.
+    pub(super) fn longest_run_m(&self, end: RunwayEnd) -> f64 {
+        self.arcs.longest_run_m(self.network, end)
+    }
+
     /// The same in another wind, m/s east and north (where it blows to).
     pub(super) fn in_wind(&self, wind_mps: Vector2<f64>) -> Self {
         Self { worst: Day { wind_mps, ..self.worst }, ..self.clone() }
@@ -93,7 +98,7 @@ pub(super) fn lands_instead(
 /// Sharpest turn off a runway or on to it, degrees.
 const EXIT_DEG: f64 = 115.0;
 
-fn direction_rad(network: &Network, (r, end): RunwayEnd) -> f64 {
+pub(super) fn direction_rad(network: &Network, (r, end): RunwayEnd) -> f64 {
     let ends_m = network.runways[r].ends_m;
     Azimuth::of(ends_m[1 - end] - ends_m[end]).rad()
 }

@@ -31,6 +31,7 @@ mod reported;
 mod scenes;
 mod sections;
 mod short_aprons;
+mod short_runways;
 mod stops;
 mod template;
 mod touching;

@@ -122,6 +122,7 @@ impl Core {
         }
         for m in 0..self.movers.len() {
             self.drives_by_day(m);
+            self.rejects_for_weather(m);
         }
         if self.policy == Policy::Planned {
             self.retime();

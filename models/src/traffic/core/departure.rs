@@ -1,5 +1,6 @@
 //! Departures: pushback, taxi way, line-up and take-off.
 
+mod enough;
 mod push;
 mod to_runway;
 mod turned;
@@ -34,6 +35,9 @@ impl Core {
             return;
         }
         if self.is_vehicle(m) && !self.is_to_drive(m) {
+            return;
+        }
+        if self.kept_by_runway(m) {
             return;
         }
         let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
@@ -465,6 +469,7 @@ impl Core {
         }
         let f = self.flights[m].clone();
         let day = self.take_off(m);
+        // Who can no longer stop when the air becomes too thin goes on as if it had not.
         let (a0, b) = take_off_run(&day).map_or((2.0, 0.0), |r| (r.a_mps2, r.b_per_m));
         let (lift_off_mps, head_mps) = (self.lift_off_mps(m), day.headwind_mps);
         let dt = self.step_s;

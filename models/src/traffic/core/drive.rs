@@ -205,6 +205,12 @@ impl Core {
             self.taxi_by_hand(m);
             return;
         }
+        let mover = &self.movers[m];
+        let departs = self.flights[m].direction == Direction::Departure;
+        let at_line = departs && mover.v == 0.0 && mover.next == mover.threshold as usize;
+        if at_line && self.turned_back_by_runway(m) {
+            return;
+        }
         self.drive(m);
         let mover = &self.movers[m];
         let to = mover.way.pieces.len().min(mover.roll_from);

@@ -76,6 +76,12 @@ pub struct Flight {
     pub key: u64,
 }
 
+/// From the node of an entry to the end of its arc, m (assumed), and on from there until it is lined up, in lengths.
+const ENTRY_ARC_M: f64 = 40.0;
+pub(super) const LINES_UP_LENGTHS: f64 = 0.8;
+/// What the building-up of thrust adds to a take-off run, m.
+pub(super) const SPOOL_M: f64 = 10.0;
+
 impl Flight {
     /// Its take-off run in air of a density over that of the standard one, against a head wind.
     #[must_use]
@@ -98,6 +104,14 @@ impl Flight {
             return Some(self.take_off.1);
         }
         take_off_run(&self.take_off_on(density_ratio, headwind_mps)).map(|run| run.distance_m)
+    }
+
+    /// Runway that its take-off wants ahead of the node at which it enters, m: what it is driven on until it is lined up, and its
+    /// run. `None` where it cannot lift off.
+    #[must_use]
+    pub fn needs_runway_m(&self, density_ratio: f64, headwind_mps: f64) -> Option<f64> {
+        let lines_up_m = ENTRY_ARC_M + LINES_UP_LENGTHS * self.size.length_m;
+        Some(self.run_m(density_ratio, headwind_mps)? + SPOOL_M + lines_up_m)
     }
 
     /// What tells sizes apart.

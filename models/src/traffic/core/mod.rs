@@ -132,6 +132,8 @@ struct Mover {
     insisted: Granted,
     /// Brakes on its take-off run.
     rejects: bool,
+    /// It has been said that its runway is too short on this day.
+    lacks_runway: bool,
     wants: Option<ClearanceKind>,
     holds: bool,
     stopped_until_s: f64,
@@ -380,6 +382,9 @@ impl Core {
                 Phase::Pushing => self.pushing(m),
                 Phase::Taxiing => self.taxiing(m),
                 Phase::LinedUp(until) => {
+                    if self.turned_back_by_runway(m) {
+                        continue;
+                    }
                     let waits = self.entered_uncleared(m);
                     self.asks_for_take_off(m);
                     if self.by_sight.contains(&m) {
@@ -671,6 +676,7 @@ impl Mover {
             granted: Granted::default(),
             insisted: Granted::default(),
             rejects: false,
+            lacks_runway: false,
             wants: None,
             holds: false,
             stopped_until_s: f64::NEG_INFINITY,

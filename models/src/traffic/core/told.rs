@@ -370,25 +370,11 @@ impl Core {
         let Some(state) = self.state(m) else { return };
         let place_m = runway.place_m(state.position_m.xy()).0;
         let left_m = if end == 0 { runway.length_m - place_m } else { place_m };
-        if left_m > self.run_m(m) + 100.0 {
+        let run_m = self.flights[m].run_m(self.day.density_ratio, self.head_mps(m));
+        if run_m.is_some_and(|run_m| left_m > run_m + 100.0) {
             return;
         }
-        // Too little runway is left, and no way leads back: it is towed to a stand.
-        let Some((stand, _)) = self.free_stands(m, 6).into_iter().next() else { return };
-        let to = self.net.stands[stand].name.clone();
-        self.remark(format!("{name}: too little runway is left, towed to stand {to}"));
-        self.release_held(m);
-        self.keep_for_roll(m, Vec::new());
-        self.vacate(m);
-        self.end_clearances(m);
-        let mover = &mut self.movers[m];
-        (mover.phase, mover.tow_to) = (Phase::Absent, Some(stand));
-        (mover.push, mover.way) = Default::default();
-        mover.timing = super::Timing::default();
-        (mover.granted, mover.insisted) = Default::default();
-        (mover.first_held, mover.next, mover.s, mover.slip) = (0, 0, 0.0, 0.0);
-        mover.next_try_s = self.time_s + 120.0;
-        self.book();
+        self.tow_off_runway(m, &format!("{name}: too little runway is left"));
     }
 
     /// Somebody on the runway ahead whom the pilot of an arrival sees before he lands.

@@ -1,6 +1,6 @@
 //! The way to a runway: where a departure may enter it, and the way over the entry and along it.
 
-use crate::frames::{Azimuth, wrap_pi};
+use crate::traffic::core::flight::LINES_UP_LENGTHS;
 use crate::traffic::core::{Core, Policy};
 use crate::traffic::network::NetEdge;
 use crate::traffic::runway_roll::INTERSECTION_SHARE;
@@ -59,9 +59,7 @@ impl Core {
         let f = &self.flights[m];
         let runway = &self.net.runways[f.runway.0];
         let entries = Entries { runway: f.runway, least_m: [0.0; 2], scant_m: 0.0 };
-        let nodes = runway.spine.iter().map(|(_, n)| *n);
-        let towards = nodes.flat_map(|n| self.arcs.away_from(&self.net, n)).map(|a| a ^ 1);
-        let longest = towards.filter_map(|arc| self.run_ahead_m(&entries, arc)).fold(0.0, f64::max);
+        let longest = self.arcs.longest_run_m(&self.net, f.runway);
         let run_m = self.run_m(m);
         let needed = (1.15 * run_m + 100.0).min(longest);
         let least_m = [needed.max((runway.length_m - 300.0).min(longest)), needed];
@@ -76,25 +74,9 @@ impl Core {
         arc: usize,
         least_m: f64,
     ) -> bool {
-        self.run_ahead_m(entries, arc).is_some_and(|run_m| run_m >= least_m - 1.0)
-    }
-
-    /// Runway ahead of where an arc ends on it, m; none where it does not, or turns back.
-    fn run_ahead_m(&self, entries: &Entries, arc: usize) -> Option<f64> {
-        let (r, end) = entries.runway;
-        let runway = &self.net.runways[r];
-        let edge = &self.net.edges[arc / 2];
-        if edge.strip != Some(r) || edge.runway.is_some() {
-            return None;
-        }
-        let node = Arcs::to(&self.net, arc);
-        let place = runway.spine.iter().find(|(_, n)| *n == node)?.0;
-        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
-        let turn = wrap_pi(direction - self.arcs.heading_rad(arc)).abs();
-        if turn >= 2.1 {
-            return None;
-        }
-        Some(if end == 0 { runway.length_m - place } else { place })
+        self.arcs
+            .run_ahead_m(&self.net, entries.runway, arc)
+            .is_some_and(|run_m| run_m >= least_m - 1.0)
     }
 
     /// Lays a departure's way over arcs, the last of which enters its runway, and on along that; the first step in its strip.
@@ -160,7 +142,7 @@ impl Core {
             .arcs()
             .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
             .map_or(joined, |a| a.1);
-        way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
+        way.stop_m = (turned + LINES_UP_LENGTHS * length).min(way.ends_m[total - 1]);
         // For the line-up as much of the runway as its nose needs, for the roll the rest. The banker's order takes all at once.
         let nose_m = way.stop_m + 0.1 * length + GAP_M + 1.0;
         let lined_up = way.ends_m.partition_point(|e| *e < nose_m).max(pieces_before);
