@@ -70,11 +70,24 @@ pub struct Roll {
     pub dec_mps2: f64,
     /// Nobody leaves it faster, m/s.
     pub exit_mps: f64,
+    /// Up to here it is driven on as fast as that, m: the end of the strip.
+    pub off_to_m: f64,
+    /// Braking from the begin of the exit to there, m/s².
+    pub off_dec_mps2: f64,
 }
+
+/// A turn off a runway by more than this is none of a fast exit, rad (61 degrees: sixty, with room for how files place nodes).
+const FAST_TURN_RAD: f64 = 1.064_650_843_716_541;
 
 impl Roll {
     /// There is none.
-    pub const NONE: Self = Self { free_to_m: 0.0, dec_mps2: 1.0, exit_mps: f64::INFINITY };
+    pub const NONE: Self = Self {
+        free_to_m: 0.0,
+        dec_mps2: 1.0,
+        exit_mps: f64::INFINITY,
+        off_to_m: 0.0,
+        off_dec_mps2: 1.0,
+    };
 }
 
 /// When places of a way are reached by somebody who drives alone.
@@ -271,23 +284,29 @@ impl Way {
         }
     }
 
-    /// Where a landing begins to turn off its runway, m: the begin of the arc at the end of its roll. A node of another runway's
-    /// centreline may lie a little beside this one's: that bend turns nobody off.
+    /// Where a landing begins to turn off its runway, m: the begin of the arc at the end of its roll, or that end where it goes
+    /// straight on. A node of another runway's centreline may lie a little beside this one's: that bend turns nobody off.
     #[must_use]
     pub fn turns_off_m(&self) -> Option<f64> {
-        let end_m = self.ends_m.get(self.roll.end.checked_sub(1)?)?;
-        self.path.arcs().find(|(_, to_m, _)| *to_m >= end_m - 1.0).map(|arc| arc.0)
+        let end_m = *self.ends_m.get(self.roll.end.checked_sub(1)?)?;
+        let arc = self.path.arcs().find(|(_, to_m, _)| *to_m >= end_m - 1.0);
+        Some(arc.map_or(end_m, |arc| arc.0.min(end_m)))
     }
 
-    /// Fills the envelope: the highest speed from which every limit ahead can be met; of a landing roll only the braking counts.
+    /// Fills the envelope: the highest speed from which every limit ahead can be met; of a landing roll only the braking counts, and
+    /// within the strip an exit is driven at its own speed.
     pub fn limit(&mut self, net: &Network, pieces: &Pieces, d: &Driving, roll: &Roll) {
-        let Roll { free_to_m, dec_mps2: roll_dec_mps2, exit_mps } = *roll;
+        let Roll { free_to_m, dec_mps2: roll_dec_mps2, exit_mps, off_to_m, off_dec_mps2 } = *roll;
         let count = (self.stop_m.max(self.path.length_m()) / STEP_M).ceil() as usize + 2;
         let mut limits = vec![d.straight_mps; count];
         let cells = |from: f64, to: f64| {
             let low = (from / STEP_M).floor().max(0.0) as usize;
             low..((to / STEP_M).ceil() as usize + 1).min(count)
         };
+        if off_to_m > free_to_m {
+            let off_mps = exit_mps.max(d.straight_mps);
+            limits[cells(free_to_m, off_to_m)].fill(off_mps);
+        }
         let mut from = 0.0;
         for (z, end) in self.pieces.iter().zip(&self.ends_m) {
             let piece = &pieces.list[*z as usize];
@@ -319,7 +338,12 @@ impl Way {
         for (from, to, curvature) in self.path.arcs().filter(|a| a.1 > free_to_m) {
             let turn = (to - from) * curvature.abs();
             let lateral = (d.lateral_mps2 / curvature.abs()).sqrt();
-            let most = if turn > 0.8 { lateral.min(d.turn_mps) } else { lateral };
+            let turns_off = off_to_m > free_to_m && from < free_to_m + 1.0;
+            let most = match () {
+                () if turns_off && turn <= FAST_TURN_RAD => lateral.min(exit_mps),
+                () if turn > 0.8 => lateral.min(d.turn_mps),
+                () => lateral,
+            };
             limits[cells(from - 1.0, to + 1.0)]
                 .iter_mut()
                 .for_each(|l| *l = l.min(most.max(LEAST_MPS)));
@@ -329,8 +353,11 @@ impl Way {
             limits[at] = limits[at].min(exit_mps);
         }
         for i in (0..count - 1).rev() {
-            let rolling = (i as f64) * STEP_M < free_to_m;
-            let dec = if rolling { roll_dec_mps2 } else { 0.7 * d.dec_mps2 };
+            let dec = match (i as f64) * STEP_M {
+                at if at < free_to_m => roll_dec_mps2,
+                at if at < off_to_m => off_dec_mps2,
+                _ => 0.7 * d.dec_mps2,
+            };
             limits[i] = limits[i].min((limits[i + 1] * limits[i + 1] + 2.0 * dec * STEP_M).sqrt());
         }
         self.envelope_mps = limits;
@@ -344,6 +371,17 @@ impl Way {
         at(index)
             .min(at(index + 1))
             .min(self.envelope_mps.last().copied().unwrap_or(f64::INFINITY).max(at(index)))
+    }
+
+    /// Whether somebody at a place meets every limit up to another with a braking, m/s².
+    #[must_use]
+    pub fn meets(&self, (from_m, to_m): (f64, f64), v_mps: f64, dec_mps2: f64) -> bool {
+        let places =
+            (0..).map(|k| STEP_M * f64::from(k)).take_while(|ahead| from_m + ahead <= to_m);
+        let squared = |mps: f64| mps * mps;
+        places.into_iter().all(|ahead| {
+            squared(v_mps) <= squared(self.most_mps(from_m + ahead)) + 2.0 * dec_mps2 * ahead
+        })
     }
 
     /// When each place is reached by somebody who drives alone from `from_m` with `v_mps`.

@@ -13,6 +13,7 @@ mod damaged_airports;
 mod default_ends;
 mod drawn;
 mod driven;
+mod exits;
 mod failures;
 mod finals;
 mod handover;

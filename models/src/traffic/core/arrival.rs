@@ -1,31 +1,29 @@
 //! Arrivals: final, landing, exit and way to the stand.
 
 use super::closed::Closed;
-use super::drive::Tick;
 use super::failures::FailureKind;
+use super::landing::{ROLL_JERK_MPS3, STOPS_SHARE, final_mps2, off_speed_mps};
 use super::plan::{LANDING_AHEAD_S, Others, Rivals, Start};
 use super::runway::arrival_gap_s;
 use super::tow::TOWED_OFF_S;
-use super::{Core, Direction, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
-use crate::control::clearance::ClearanceKind;
+use super::{Core, Direction, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, Timing};
 use crate::draw::normal_pair;
 use crate::frames::{Azimuth, wrap_pi};
-use crate::traffic::path::Path;
 use crate::traffic::runway_roll::{
-    Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s, touchdown_zone,
+    Exit, Landing, approach_airspeed_mps, approach_time_s, touchdown_zone,
 };
 use crate::traffic::way::{Arcs, Roll, Search, Way};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// At the begin of the loop of a turn pad, m/s (assumed).
 const PAD_MPS: f64 = 8.0;
-/// Nobody brakes harder on a runway, m/s² (assumed).
-const MOST_BRAKING_MPS2: f64 = 3.0;
 /// An exit at more than this turns back, degrees: a right angle, with room for how files place nodes (assumed).
 const TURNS_BACK_DEG: f64 = 91.0;
-/// Brakes build up so fast in a landing roll, m/s³ (assumed).
-const ROLL_JERK_MPS3: f64 = 2.0;
+
+/// Exits are for being fast within so much beside the centreline, m: the usual place of a holding position.
+const OFF_M: f64 = 90.0;
 
 /// So many stands are tried for an arrival, and for one who has found none for a minute.
 const STANDS_TRIED: usize = 6;
@@ -57,11 +55,6 @@ pub(super) struct Searches {
     /// Arcs of the way that is laid already, and of those with which a landing would be late: not laid.
     known: Vec<usize>,
     late: Vec<Vec<usize>>,
-}
-
-/// How somebody on final comes to the speed that he is to have, m/s².
-fn final_mps2(wish: f64, v: f64, a: f64, dt: f64) -> f64 {
-    ((wish - v) / 1.0).clamp(-1.0, 0.5).clamp(a - dt, a + dt)
 }
 
 /// Time to the threshold of one who comes with `v` m/s over the ground so far before it, against a head wind, in steps of
@@ -308,12 +301,13 @@ impl Core {
         let (least_m, most_m) = zone.within_m;
         let touchdown_m =
             (zone.mean_m + zone.sigma_m * normal_pair(&mut rng).0).clamp(least_m, most_m);
+        let most_mps2 = self.day.exit_braking_mps2();
         let landing = Landing {
             touchdown_mps: f.landing.0 - self.head_mps(m),
             touchdown_m,
             delay_s: 2.0,
             nominal_mps2: f.landing.1,
-            greatest_mps2: self.day.exit_braking_mps2(),
+            greatest_mps2: most_mps2,
         };
         let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
         let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
@@ -371,7 +365,7 @@ impl Core {
                 continue;
             }
             // Braking harder than anybody does: not this exit.
-            let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= MOST_BRAKING_MPS2) else {
+            let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= most_mps2) else {
                 continue;
             };
             let at = spine
@@ -429,19 +423,33 @@ impl Core {
             way.lands_over = touching.iter().chain(taken).map(|c| c.1).collect();
             way.crossings.retain(|c| c.0 > landing_last);
             let free_to = way.turns_off_m().unwrap_or(way.ends_m[on_runway - 1]);
-            let mut braking =
-                (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(MOST_BRAKING_MPS2);
+            let mut braking = (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(most_mps2);
             let driving = self.movers[m].driving;
-            // Wet, it comes to its exit as slowly as it chose it for.
-            let exit_mps = if self.day.wet { exit.speed_mps } else { f64::INFINITY };
-            let roll = |dec_mps2| Roll { free_to_m: free_to, dec_mps2, exit_mps };
+            // It comes to its exit as fast as it chose it for, and so that it could stop behind its strip.
+            let off_to_m = match net.edges[arc / 2].backtrack {
+                true => free_to,
+                false => self.leaves_strip_m(&way, r, (free_to, on_runway..landing_last + 1)),
+            };
+            let off_mps2 = self.day.off_braking_mps2();
+            let (ahead_m, _, hold_gap_m) = self.body_m(m);
+            let stop_m = way.stop_before_m(landing_last + 1, ahead_m, hold_gap_m);
+            let stop_mps =
+                off_speed_mps(&driving, off_mps2, (off_to_m - free_to, stop_m - free_to));
+            let exit_mps = exit.speed_mps.min(stop_mps);
+            let roll = |dec_mps2| Roll {
+                free_to_m: free_to,
+                dec_mps2,
+                exit_mps,
+                off_to_m,
+                off_dec_mps2: STOPS_SHARE * off_mps2,
+            };
             way.limit(&net, &self.pieces, &driving, &roll(braking));
             // What lies behind the exit may want it slower, its arc begins before it, and brakes build up.
             let speed_mps = way.most_mps(free_to);
             let to = Exit { place_m: free_to - threshold, speed_mps };
-            let built_up_s = 0.5 * MOST_BRAKING_MPS2 / ROLL_JERK_MPS3;
+            let built_up_s = 0.5 * most_mps2 / ROLL_JERK_MPS3;
             let late = Landing { delay_s: landing.delay_s + built_up_s, ..landing };
-            let Some(needed) = late.needed_mps2(to).filter(|a| *a <= MOST_BRAKING_MPS2) else {
+            let Some(needed) = late.needed_mps2(to).filter(|a| *a <= most_mps2) else {
                 continue;
             };
             if needed > braking {
@@ -462,6 +470,7 @@ impl Core {
             mover.threshold = threshold;
             mover.touchdown = threshold + touchdown_m;
             mover.braking = braking;
+            (mover.most_mps2, mover.off_mps2, mover.off_to_m) = (most_mps2, off_mps2, off_to_m);
             mover.way = way;
             mover.beside_m *= 0.0;
             return true;
@@ -469,126 +478,14 @@ impl Core {
         false
     }
 
-    pub(super) fn on_final(&mut self, m: usize) {
-        let f = self.flights[m].clone();
-        let (dt, head_mps) = (self.step_s, self.head_mps(m));
-        let mover = &mut self.movers[m];
-        let distance = (mover.threshold - mover.s).max(0.0);
-        let over = (mover.s - mover.threshold) / (mover.touchdown - mover.threshold).max(1.0);
-        let wish = if over > 0.0 {
-            f.landing.0 * (1.03 - 0.03 * over.min(1.0))
-        } else {
-            approach_airspeed_mps(distance, f.landing.0)
-        };
-        let a = final_mps2(wish - head_mps, mover.v, mover.a, dt);
-        let joined = mover.join.as_ref().is_some_and(|join| join.ends_s() <= self.time_s);
-        if joined {
-            mover.join = None;
-        }
-        mover.s += mover.v * dt;
-        mover.v += a * dt;
-        mover.a = a;
-        let before = mover.height_m;
-        mover.height_m = if over < 0.0 {
-            15.0 + SLOPE * distance
-        } else {
-            15.0 * (1.0 - over).max(0.0) * (1.0 - over).max(0.0)
-        };
-        mover.climb_mps = (mover.height_m - before) / dt;
-        let (cleared, down) = (mover.cleared, mover.s >= mover.touchdown);
-        // It calls at four miles; what it is told holds from when the runway is its own.
-        let told =
-            !cleared && distance < 4.0 * NAUTICAL_MILE_M && self.permitted(m, ClearanceKind::Land);
-        if !cleared && distance < 2.0 * NAUTICAL_MILE_M {
-            // Taken at once: the landing group, if the runway is free and the exit beyond it.
-            let r = self.flights[m].runway.0;
-            let free = !self.owned(m) && !self.car_blocks(r) && !self.strip_held(m, r);
-            if told && free && self.take_landing(m) {
-                self.used(m, ClearanceKind::Land);
-                self.owner[r] = Some(m);
-                self.movers[m].cleared = true;
-                match self.failing(m, FailureKind::ForgetLandingClearance) {
-                    Some(failure) => self.begin_failure(failure),
-                    None => self.clear(m, "LND", self.end_name(m)),
-                }
-                self.clear_against(m);
-            } else if distance < self.decides_at_m(m)
-                && self.movers[m].insisted.has(ClearanceKind::Land)
-                && self.take_told(m)
-            {
-                // A person's word, whoever has the runway.
-                self.used(m, ClearanceKind::Land);
-                self.joins_runway(m);
-                self.goes_by_sight(m);
-                self.movers[m].cleared = true;
-                self.clear(m, "LND", self.end_name(m));
-            } else if distance < self.decides_at_m(m) {
-                let waits_for = self.movers[m].waits_for;
-                let owner =
-                    self.crossing[r].iter().find_map(|c| self.owner[*c].filter(|o| *o != m));
-                let name = |o: usize| match self.movers.get(o) {
-                    Some(other) => format!("{} ({:?})", self.flights[o].callsign, other.phase),
-                    None => self.name_of(o).to_owned(),
-                };
-                let why = match (owner, waits_for) {
-                    (Some(o), _) => format!("runway taken by {}", name(o)),
-                    (None, Some(o)) => format!("in the way: {}", name(o)),
-                    (None, None) => "others could not finish".into(),
-                };
-                self.go_around(m, &why);
-                return;
-            }
-        }
-        let r = self.flights[m].runway.0;
-        if cleared && distance > 0.0 && distance < NAUTICAL_MILE_M && self.car_blocks(r) {
-            self.give_up_landing(m, "a vehicle is on the runway");
-            return;
-        }
-        if let Some(o) = self.seen_on_runway(m).filter(|_| cleared) {
-            let why = format!("{} is on the runway", self.name_of(o));
-            self.give_up_landing(m, &why);
-            return;
-        }
-        if down {
-            let now = self.time_s;
-            let mover = &mut self.movers[m];
-            (mover.height_m, mover.climb_mps) = (0.0, 0.0);
-            mover.phase = Phase::Landing;
-            mover.measures.aldt_s = Some(now);
-            mover.measures.head_mps = head_mps;
-            mover.ready_s = now + 2.0;
-        }
-    }
-
-    /// Distance from the threshold at which an arrival that is not cleared goes around, m: a mile, and before it would be
-    /// without clearance half a minute from the threshold. For what nobody has cleared, a mile.
-    fn decides_at_m(&self, m: usize) -> f64 {
-        let known = !self.car_blocks(self.flights[m].runway.0)
-            && self.failing(m, FailureKind::ForgetLandingClearance).is_none();
-        let half_minute_m = if known { 31.0 * self.movers[m].v } else { 0.0 };
-        half_minute_m.max(NAUTICAL_MILE_M)
-    }
-
-    pub(super) fn go_around(&mut self, m: usize, why: &str) {
-        self.remark(format!("{} goes around: {why}", self.flights[m].callsign));
-        let mover = &mut self.movers[m];
-        mover.phase = Phase::GoAround;
-        mover.measures.go_arounds += 1;
-        mover.wants = None;
-        (mover.waits_since_s, mover.waits_for) = (None, None);
-        mover.parked_pieces.clear();
-        mover.timing = Timing::default();
-        (mover.granted, mover.insisted) = Default::default();
-        // Straight on over the runway.
-        let here = mover.way.path.at(mover.s);
-        let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;
-        let (path, _) = Path::over(&[here.at_m, ahead], |_, _| 0.0);
-        mover.way = Way::straight(path);
-        // The threshold stays where it is: it flies on beside the line as it did.
-        mover.threshold -= mover.s;
-        (mover.s, mover.next, mover.first_held) = (0.0, 0, 0);
-        self.book();
-        self.clear(m, "GOA", self.end_name(m));
+    /// Where an exit, from its begin on, is beyond the strip of its runway or [`OFF_M`] beside the centreline, m.
+    fn leaves_strip_m(&self, way: &Way, r: usize, (from_m, steps): (f64, Range<usize>)) -> f64 {
+        let strip = |k: &usize| self.pieces.list[way.pieces[*k] as usize].strip == Some(r);
+        let end_m = steps.rev().find(strip).map_or(from_m, |k| way.ends_m[k]);
+        let places = (0..).map(|k| from_m + 4.0 * f64::from(k)).take_while(|place| *place < end_m);
+        let beside_m = |place: f64| self.net.runways[r].place_m(way.path.at(place).at_m).1.abs();
+        let mut beyond = places.skip_while(|place| beside_m(*place) < OFF_M);
+        beyond.next().unwrap_or(end_m).max(from_m)
     }
 
     pub(super) fn take_landing(&mut self, m: usize) -> bool {
@@ -665,70 +562,5 @@ impl Core {
     fn exit_of(&self, m: usize) -> Option<usize> {
         let off = |a: &&usize| self.net.edges[**a / 2].runway.is_none();
         self.movers[m].way.arcs.iter().find(off).copied()
-    }
-
-    pub(super) fn going_around(&mut self, m: usize) {
-        let dt = self.step_s;
-        let mover = &mut self.movers[m];
-        mover.s += mover.v * dt;
-        mover.a *= 0.9;
-        mover.v += mover.a * dt;
-        mover.climb_mps = (mover.climb_mps + 1.5 * dt).min(0.0875 * mover.v);
-        mover.height_m += mover.climb_mps * dt;
-        if mover.height_m >= 900.0 {
-            let again = self.time_s + 600.0;
-            let mover = &mut self.movers[m];
-            mover.phase = Phase::Absent;
-            mover.landing_s = again;
-            mover.way = Way::default();
-            self.end_clearance(m, "GOA");
-        }
-    }
-
-    pub(super) fn landing(&mut self, m: usize) {
-        let now = self.time_s;
-        let mover = &self.movers[m];
-        let exit_from = mover.way.turns_off_m().unwrap_or(mover.way.stop_m);
-        if mover.s >= exit_from {
-            self.movers[m].phase = Phase::Taxiing;
-            self.movers[m].taxi_from_s = now;
-            self.drives_by_day(m);
-            self.clear(m, "TAX", String::new());
-            // Where there is no room between the strip of another runway and that of its own, its landing takes it off both.
-            for r in std::mem::take(&mut self.movers[m].way.lands_over) {
-                self.clear(m, "CRO", self.net.runways[r].names.join("/"));
-            }
-            self.taxiing(m);
-            return;
-        }
-        let wish = if now < mover.ready_s {
-            mover.v
-        } else {
-            mover.way.most_mps(mover.s + 0.3 * mover.v).min(mover.v.max(15.0)).min(mover.most_mps())
-        };
-        let wish = if mover.stopped { 0.0 } else { wish };
-        let dec = (1.2 * mover.braking).min(MOST_BRAKING_MPS2);
-        let (wish, dec) = match self.wish_by_sight(m) {
-            Some((most, hard)) if most < wish => (most, hard),
-            _ => (wish, dec),
-        };
-        let mover = &self.movers[m];
-        let limits = Tick { acc: 0.5, dec, jerk: ROLL_JERK_MPS3, dt: self.step_s };
-        let (s, v, a) = (mover.s, mover.v, mover.a);
-        let end = mover.way.stop_m;
-        let mover = &mut self.movers[m];
-        (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, end);
-        self.follow(m, s);
-        let behind = 0.95 * self.flights[m].size.length_m + TAIL_M;
-        loop {
-            let mover = &self.movers[m];
-            let i = mover.first_held;
-            if i + 1 >= mover.next || mover.s <= mover.way.ends_m[i] + behind {
-                break;
-            }
-            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            self.release(m, z, roll);
-            self.movers[m].first_held += 1;
-        }
     }
 }

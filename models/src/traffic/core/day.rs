@@ -32,6 +32,8 @@ const LOW_VISIBILITY_MPS: f64 = 8.0;
 const WET_EXITS: f64 = 0.5;
 /// Greatest braking for an exit, dry and wet, m/s².
 const EXIT_BRAKING_MPS2: [f64; 2] = [2.5, 1.8];
+/// Braking on an exit within its strip, dry, m/s²: hard braking of who taxies.
+const OFF_BRAKING_MPS2: f64 = 1.5;
 /// Density is that of dry air: the reference, hPa and K.
 const STANDARD_HPA: f64 = 1013.25;
 const STANDARD_K: f64 = 288.15;
@@ -90,6 +92,11 @@ impl Day {
     /// Greatest braking for an exit, m/s².
     pub(super) fn exit_braking_mps2(&self) -> f64 {
         EXIT_BRAKING_MPS2[usize::from(self.wet)]
+    }
+
+    /// Greatest braking on an exit within its strip, m/s².
+    pub(super) fn off_braking_mps2(&self) -> f64 {
+        OFF_BRAKING_MPS2 * if self.wet { WET_BRAKING } else { 1.0 }
     }
 }
 

@@ -1,5 +1,6 @@
 //! One step along a way, under the authority.
 
+use super::landing::ROLL_JERK_MPS3;
 use super::{ASK_M, Core, Direction, Phase, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
@@ -39,13 +40,16 @@ impl Core {
     /// Takes the pieces ahead that it needs at its speed, as far as it may.
     pub(super) fn take_ahead(&mut self, m: usize) {
         let d = self.movers[m].driving;
+        let (dec, jerk) = match self.movers[m].phase {
+            Phase::Landing => (self.movers[m].off_mps2, ROLL_JERK_MPS3),
+            _ => (d.dec_mps2, d.jerk_mps3),
+        };
         loop {
             let mover = &self.movers[m];
             let authority = self.authority(m);
-            let needed =
-                stopping(mover.v, mover.a.max(0.0), 0.8 * d.dec_mps2, d.jerk_mps3, self.step_s).0
-                    + mover.v * self.step_s
-                    + ASK_M;
+            let needed = stopping(mover.v, mover.a.max(0.0), 0.8 * dec, jerk, self.step_s).0
+                + mover.v * self.step_s
+                + ASK_M;
             let enough = needed <= authority - mover.s;
             if mover.next >= mover.way.pieces.len() || enough || mover.stopped {
                 break;

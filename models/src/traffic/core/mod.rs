@@ -19,6 +19,7 @@ mod greens;
 mod hand;
 mod hand_flight;
 mod handover;
+mod landing;
 mod measures;
 mod notice;
 mod obstacles;
@@ -102,6 +103,11 @@ struct Mover {
     threshold: f64,
     touchdown: f64,
     braking: f64,
+    /// Greatest braking of its roll and in its exit, by the weather in which it chose that, m/s².
+    most_mps2: f64,
+    off_mps2: f64,
+    /// Where its exit leaves the strip, m.
+    off_to_m: f64,
     landing_s: f64,
     cleared: bool,
     ready_s: f64,
@@ -657,6 +663,9 @@ impl Mover {
             threshold: 0.0,
             touchdown: 0.0,
             braking: 1.2,
+            most_mps2: 2.5,
+            off_mps2: 1.5,
+            off_to_m: 0.0,
             landing_s: f64::NEG_INFINITY,
             cleared: false,
             ready_s: 0.0,
