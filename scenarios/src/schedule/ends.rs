@@ -46,18 +46,27 @@ pub(super) fn by_the_wind(
         let directions = free.flat_map(|(_, ends)| ends).filter_map(|e| direction_of(ground, e));
         Configuration { directions: directions.collect() }
     };
+    let limits = WindLimits::default();
     let mut since_s = f64::NEG_INFINITY;
-    for (from_s, day) in ground.days.iter().skip(1).filter(|d| d.0 < duration_s) {
+    let mut times_s: Vec<f64> = ground.days.iter().skip(1).map(|d| d.0).collect();
+    let mut asked = 0;
+    while let Some(from_s) = times_s.get(asked).copied().filter(|t| *t < duration_s) {
+        asked += 1;
+        let Some((_, day)) = ground.days.iter().rev().find(|d| d.0 <= from_s) else { continue };
         let present = &all[all.len() - 1];
-        let other = of(*from_s, &ground.in_wind(day.wind_mps));
+        let other = of(from_s, &ground.in_wind(day.wind_mps));
         if (&other.landing, &other.leaving) == (&present.landing, &present.leaving) {
             continue;
         }
         let both = [configuration(present), configuration(&other)];
         let kept = Some((0, from_s - since_s));
-        if choose(&both, day.wind_mps, kept, &WindLimits::default()) == Some(1) {
-            since_s = *from_s;
+        if choose(&both, day.wind_mps, kept, &limits) == Some(1) {
+            since_s = from_s;
             all.push(other);
+            // What is refused before the ends may turn again is asked for then.
+            let again_s = since_s + limits.hold_s;
+            let at = times_s.partition_point(|t| *t <= again_s);
+            times_s.insert(at, again_s);
         }
     }
     all

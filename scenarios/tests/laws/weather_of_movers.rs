@@ -349,6 +349,36 @@ fn ends_that_nobody_names_turn_with_the_wind() {
     }
 }
 
+/// A wind that comes back within the half hour for which ends stay is asked for again when that is over; nobody asked any more.
+#[test]
+fn ends_turn_when_they_may_if_they_might_not_before() {
+    let mut turned = 0;
+    for airport in AIRPORTS {
+        let calm = scene(airport, "", 3);
+        let behaving = calm.traffic.behaving.as_ref().expect("behaves");
+        let (r, end) = behaving.flights[0].runway;
+        let ends_m = behaving.network.runways[r].ends_m;
+        let into_deg = Azimuth::of(ends_m[1 - end] - ends_m[end]).rad().to_degrees();
+        let [into, away] = [0.0, 180.0].map(|by| (into_deg + by).rem_euclid(360.0));
+        let weather = format!(
+            "{{ at_s = 0, wind_mps = 8, wind_from_deg = {into:.1} }}, {{ at_s = 1200, wind_mps = 10, wind_from_deg = {away:.1} }}, \
+             {{ at_s = 1800, wind_mps = 2, wind_from_deg = {into:.1} }}"
+        );
+        let (path, text) = text(airport, &weather, 3);
+        let text = text.replace("duration_s = 2400", "duration_s = 5400");
+        let scene = scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+        let remarks = &scene.traffic.behaving.as_ref().expect("behaves").remarks;
+        let told = |from_s: u32| {
+            let told = format!("the wind turns: from {from_s} s on");
+            remarks.iter().any(|r| r.contains(&told))
+        };
+        println!("{airport}: {remarks:?}");
+        assert!(!told(1800), "{airport}: within the half hour, {remarks:?}");
+        turned += u32::from(told(1200) && told(3000));
+    }
+    assert!(turned >= 2, "{turned} airports turn back");
+}
+
 /// Who leaves towards the new landings stands in their exit. At Bratislava ten of 29 never arrived, and there were 17 go-arounds,
 /// when those who took off towards a landing needed two minutes more than landings were apart for.
 #[test]
