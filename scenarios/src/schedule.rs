@@ -10,6 +10,7 @@ mod reach;
 mod refused;
 mod stands;
 pub(crate) mod table;
+mod turn_rounds;
 pub(crate) mod vehicles;
 mod wake;
 
@@ -43,6 +44,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use table::{rows_of, scheduled};
+use turn_rounds::TurnRounds;
 pub(crate) use wake::wake_of;
 
 /// Flights of a scene that behave, and what they move on.
@@ -237,6 +239,7 @@ pub(crate) fn read(
     let mut driving = Vec::new();
     let mut drawn_before = 0;
     let mut lines: BTreeMap<String, usize> = BTreeMap::new();
+    let mut turn_rounds = TurnRounds::default();
     for section in sections {
         let (file, wanted) = match section.text("kind")? {
             Some("schedule") => {
@@ -244,7 +247,8 @@ pub(crate) fn read(
                     section.missing("file", "the name of a schedule (CSV)".into())
                 })?;
                 added.files.push(file.clone());
-                let wanted = scheduled(&file, run)?;
+                let (wanted, over) = scheduled(&file, run)?;
+                turn_rounds.over(over);
                 (file, wanted)
             }
             _ => {
@@ -347,11 +351,7 @@ pub(crate) fn read(
                 off_block: (!arrival).then(|| SimTime::from_s(w.time_s)),
                 routing: Vec::new(),
             });
-            let turnaround_of = w.turnaround_of.as_ref().and_then(|name| {
-                flights
-                    .iter()
-                    .position(|f| f.callsign == *name && f.direction == Direction::Arrival)
-            });
+            turn_rounds.add(&w, &file);
             flights.push(Flight {
                 callsign: w.callsign.clone(),
                 direction: w.direction,
@@ -359,7 +359,7 @@ pub(crate) fn read(
                 stand,
                 time_s: w.time_s,
                 ctot_s: w.ctot_s,
-                turnaround_of,
+                turnaround_of: None,
                 wake: wake_of(row, control.wake),
                 key: entity.key(run.site),
                 ..flight_of(row)
@@ -367,6 +367,7 @@ pub(crate) fn read(
             added.entities.push(entity);
         }
     }
+    turn_rounds.resolve(&mut flights, &mut remarks)?;
     remarks.extend(on_closed(&airport.layout, &network, &flights));
     let first = first_entity + flights.len();
     let draws = (run.site, run.seed, first);

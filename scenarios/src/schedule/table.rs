@@ -123,8 +123,11 @@ fn days_of_month(year: i64, month: i64) -> i64 {
     days_from_civil(next_year, next, 1) - days_from_civil(year, month, 1)
 }
 
-/// The flights of a table; what lies before the start of the run is over.
-pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioError> {
+/// The flights of a table, and call signs of arrivals that are none of the run: what lies before its start is over.
+pub(super) fn scheduled(
+    file: &Path,
+    run: &Run,
+) -> Result<(Vec<Wanted>, Vec<String>), ScenarioError> {
     const DAY_NS: i64 = 86_400_000_000_000;
     /// A run that begins so shortly before the first flight has the days of the table, also where midnight lies between.
     const BEFORE_NS: i64 = 3_600_000_000_000;
@@ -136,15 +139,18 @@ pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioE
         _ => (run.start_utc_ns.div_euclid(DAY_NS) - first_ns.div_euclid(DAY_NS)) * DAY_NS,
     };
     let mut names = BTreeSet::new();
-    let mut wanted = Vec::new();
+    let (mut wanted, mut others) = (Vec::new(), Vec::new());
     for row in &rows {
         let Some(ns) = row.departs_ns.or(row.lands_ns) else { continue };
         let time_s = (ns + shift_ns - run.start_utc_ns) as f64 / 1e9;
         let departure = row.departs_ns.is_some();
+        let callsign = row.cell("callsign").to_owned();
         if time_s < if departure { -900.0 } else { 0.0 } || time_s > run.duration.s() {
+            if !departure {
+                others.push(callsign);
+            }
             continue;
         }
-        let callsign = row.cell("callsign").to_owned();
         let sound = Callsign::new(&callsign).as_str() == callsign && !callsign.is_empty();
         if !sound || !names.insert(callsign.clone()) {
             let needed = "1 to 11 upper-case letters, digits or signs, each once";
@@ -178,5 +184,5 @@ pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioE
             turnaround_of: (!after.is_empty()).then(|| after.into()),
         });
     }
-    Ok(wanted)
+    Ok((wanted, others))
 }

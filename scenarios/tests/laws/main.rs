@@ -37,6 +37,7 @@ mod stops;
 mod template;
 mod touching;
 mod truth;
+mod turn_rounds;
 mod turns;
 mod vehicles;
 mod weather_of_movers;
