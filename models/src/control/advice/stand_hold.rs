@@ -302,12 +302,14 @@ impl StandHold {
             n => intervals.iter().sum::<f64>() / n as f64,
         };
         let factor = observed.map_or(habits.taxi_factor, |r| r.taxi_factor(&habits));
-        let rules = Rules { same_way_s: interval_s, ..Rules::default() };
+        // By the wakes that the scene separates by.
+        let icao = self.departures.iter().all(|d| d.wake.recat.is_none());
+        let rules = Rules { icao, same_way_s: interval_s, ..Rules::default() };
         let departure = |d: &Departing, ready_s: f64| Departure {
             ready_s,
             recat: d.wake.recat.unwrap_or_else(|| Recat::like(d.wake.icao)),
             way: Some(0),
-            ctot_s: None,
+            ctot_s: d.ctot_s,
         };
         let own = |at: &usize| self.departures[*at].runway == runway;
         let all: Vec<usize> = (0..self.departures.len()).filter(own).collect();
@@ -608,6 +610,35 @@ mod tests {
         assert!((share - 0.8).abs() < 4.0 * (0.16 / first.len() as f64).sqrt(), "{share}");
         assert_eq!(first, accepted(7));
         assert_ne!(first, accepted(8));
+    }
+
+    /// A slot is waited for on the stand, and wakes are those of the scene: ICAO has two minutes from a heavy to a medium, RECAT-EU 100 s
+    /// where both are known.
+    #[test]
+    fn slots_and_the_wakes_of_the_scene_are_known() {
+        let mut flights = vec![departing(0, WakeCategory::Medium, 300.0)];
+        let until = |flights: &[Departing], flight: u32| {
+            let habits = Habits { queue: 0, least_s: 1.0, ..always(1.0) };
+            let habits = Habits { interval_s: 0.0, ..habits };
+            let mut advisor = Advisor::new(habits, 1, flights.to_vec());
+            advisor.scan(0.0, &pushes(0..flights.len() as u32), false, None);
+            advisor.standing().find(|a| a.flight == flight).map(|a| a.until_s)
+        };
+        assert_eq!(until(&flights, 0), None);
+        flights[0].ctot_s = Some(1000.0);
+        assert_eq!(until(&flights, 0), Some(400.0), "five minutes before its slot");
+        let behind = |recat: [Option<Recat>; 2]| {
+            let wakes = [WakeCategory::Heavy, WakeCategory::Medium];
+            let mut both: Vec<Departing> =
+                wakes.iter().zip(0..).map(|(w, f)| departing(f, *w, 300.0)).collect();
+            both.iter_mut().zip(recat).for_each(|(d, recat)| d.wake.recat = recat);
+            // The heavy one has to go first.
+            both[1].exot_s = 350.0;
+            both[0].ctot_s = Some(400.0);
+            until(&both, 1)
+        };
+        let (icao, recat) = (behind([None; 2]), behind([Some(Recat::B), Some(Recat::D)]));
+        assert!(icao > recat, "{icao:?} {recat:?}");
     }
 
     #[test]
