@@ -112,9 +112,10 @@ pub fn measured(core: &Core) -> Vec<Measured> {
                 put(&format!("{what}_surplus_mean {name}"), mean_surplus_s, "s");
                 put(&format!("{what}s_too_close {name}"), violations as f64, "");
             }
-            for (what, kind) in [("landing", "LND"), ("take_off", "LUP")] {
-                let occupied = occupied_s(core, kind, name);
-                if let Some(value) = mean(occupied.into_iter()) {
+            let kinds = [("landing", Direction::Arrival), ("take_off", Direction::Departure)];
+            for (what, direction) in kinds {
+                let occupied = of(direction).filter(here).filter_map(|f| occupied_s(core, f));
+                if let Some(value) = mean(occupied) {
                     put(&format!("{what}_occupancy_mean {name}"), value, "s");
                 }
             }
@@ -141,17 +142,11 @@ fn delays_s(
     })
 }
 
-/// How long movements had a runway end, s: landings from touchdown until they were off it, departures from the line to airborne.
-fn occupied_s(core: &Core, kind: &str, end: &str) -> Vec<f64> {
-    let of = core.clearances().iter().filter(|c| c.kind == kind && c.runway == end);
-    let span_s = of.filter_map(|c| {
-        let m = core.measures(c.flight);
-        match kind {
-            "LND" => Some(c.until_s? - m.aldt_s?),
-            _ => Some(m.atot_s? - c.from_s),
-        }
-    });
-    span_s.filter(|s| *s > 0.0).collect()
+/// How long a movement was on its runway, s: a landing from over the threshold until its tail was beyond the line, a departure from over
+/// the line until it was airborne.
+fn occupied_s(core: &Core, flight: usize) -> Option<f64> {
+    let [from_s, to_s] = core.measures(flight).on_runway_s;
+    Some(to_s? - from_s?)
 }
 
 /// The most of some ascending times within a span, s.

@@ -33,6 +33,9 @@ struct Roll {
     off_mps: f64,
     hardest_mps2: f64,
     last_mps: f64,
+    /// Climb of the last frame in the air, and the largest change of it within a frame, m/s.
+    climb_mps: Option<f64>,
+    jump_mps: f64,
 }
 
 /// All landings of a run, of which nothing is broken.
@@ -61,6 +64,12 @@ fn landings(airport: &str, end: Option<&str>, weather: &str, seed: u64) -> Vec<R
                 roll.over_threshold_s.get_or_insert(now);
             }
             let speed_mps = state.velocity_mps.xy().norm();
+            if core.phase(f) == Phase::Final && state.position_m.z < 100.0 {
+                let climb_mps = state.velocity_mps.z;
+                let jump_mps = roll.climb_mps.map_or(0.0, |last| (climb_mps - last).abs());
+                roll.jump_mps = roll.jump_mps.max(jump_mps);
+                roll.climb_mps = Some(climb_mps);
+            }
             let axis = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
             let turned_deg = wrap_pi(state.heading_rad - axis).abs().to_degrees();
             if core.phase(f) == Phase::Landing && turned_deg < 1.0 {
@@ -89,6 +98,24 @@ fn landings(airport: &str, end: Option<&str>, weather: &str, seed: u64) -> Vec<R
     assert_eq!(broken, Vec::<String>::new(), "{airport}");
     if end.is_none() {
         assert!(held.core.all_served(), "{airport}: {} served", held.core.measures_of_served());
+    }
+    for (f, roll) in rolls.iter().enumerate() {
+        let measures = held.core.measures(f);
+        let [from_s, to_s] = measures.on_runway_s;
+        if flights[f].direction == Direction::Arrival {
+            assert_eq!(to_s, roll.vacated_s, "{airport} {f}: off its runway");
+            // The guided point and the middle pass it one after the other.
+            let seen_s = roll.over_threshold_s.zip(from_s).map_or(0.0, |(a, b)| (a - b).abs());
+            assert!(seen_s < 1.0, "{airport} {f}: over the threshold {seen_s} s off");
+            let taxied_s = measures.aibt_s.zip(to_s).map(|(aibt_s, to_s)| aibt_s - to_s);
+            assert_eq!(measures.taxi_s, taxied_s, "{airport} {f}");
+        } else {
+            assert_eq!(to_s, measures.atot_s, "{airport} {f}: until it is airborne");
+            let lined_up =
+                held.core.clearances().iter().rev().find(|c| c.flight == f && c.kind == "LUP");
+            let from_line_s = lined_up.zip(from_s).map_or(0.0, |(c, from_s)| from_s - c.from_s);
+            assert!((0.0..60.0).contains(&from_line_s), "{airport} {f}: {from_line_s} s");
+        }
     }
     rolls.retain(|r| r.vacated_s.is_some());
     rolls
@@ -144,6 +171,18 @@ fn nobody_brakes_harder_than_the_surface_lets_him() {
             println!("{airport} {weather}: {hardest:.2} m/s2, {} landings", rolls.len());
             assert!(hardest <= most + 0.02, "{airport}, {weather}: {hardest} m/s2");
             assert!(rolls.len() >= 3, "{airport}, {weather}: {} landings", rolls.len());
+        }
+    }
+}
+
+/// The sink of the slope falls linearly to 0.6 m/s: no jump where the flare begins (3.3 m/s of it), no dive.
+#[test]
+fn a_flare_is_no_dive() {
+    for (airport, seed) in AIRPORTS.into_iter().zip(9..) {
+        for roll in landings(airport, None, "", seed) {
+            let climb_mps = roll.climb_mps.unwrap_or(0.0);
+            assert!((climb_mps + 0.6).abs() < 0.1, "{airport}: touches down with {climb_mps} m/s");
+            assert!(roll.jump_mps < 0.2, "{airport}: {roll:?}");
         }
     }
 }

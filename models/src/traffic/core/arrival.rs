@@ -2,7 +2,9 @@
 
 use super::closed::Closed;
 use super::failures::FailureKind;
-use super::landing::{ROLL_JERK_MPS3, STOPS_SHARE, final_mps2, off_speed_mps};
+use super::landing::{
+    ROLL_JERK_MPS3, STOPS_SHARE, final_height_m, final_mps2, flare_m, off_speed_mps,
+};
 use super::plan::{LANDING_AHEAD_S, Others, Rivals, Start};
 use super::runway::arrival_gap_s;
 use super::tow::TOWED_OFF_S;
@@ -182,8 +184,10 @@ impl Core {
         (mover.wander, mover.approach) = (mover.wander.anew(), Default::default());
         mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0) - head_mps;
         mover.s = mover.threshold - out_m;
+        mover.flare_m = flare_m(f.landing.0 - head_mps);
         // A step behind, as that of everybody on final: its first frame sinks as those after it.
-        mover.height_m = 15.0 + SLOPE * (out_m + mover.v * self.step_s);
+        let before_m = mover.touchdown - mover.s + mover.v * self.step_s;
+        mover.height_m = final_height_m(before_m, mover.flare_m);
         mover.climb_mps = -SLOPE * mover.v;
     }
 
@@ -456,7 +460,9 @@ impl Core {
                 braking = needed;
                 way.limit(&net, &self.pieces, &driving, &roll(braking));
             }
-            let vacated = way.ends_m[exit_end];
+            let own = |k: &usize| self.pieces.list[way.pieces[*k] as usize].strip == Some(r);
+            let last = (0..=landing_last).rev().find(own).unwrap_or(exit_end);
+            let vacated_m = (way.ends_m[last] + self.body_m(m).1).min(way.stop_m);
             if let Some(failure) = turned {
                 self.begin_failure(failure);
             }
@@ -464,9 +470,9 @@ impl Core {
             mover.cleared_from_m = drawn.is_none().then_some(begin_m);
             mover.cleared_way_m = drawn.unwrap_or_default();
             mover.cleared_arcs = if turned.is_some() { all } else { Vec::new() };
-            // It taxies from where it turns off: a backtrack is no delay.
-            let begin_m = if net.edges[arc / 2].backtrack { free_to } else { vacated };
-            mover.measures.unhindered_s = way.unhindered_s(begin_m, way.stop_m, &driving);
+            // It taxies from where its tail is beyond the line: a backtrack is no delay.
+            mover.measures.unhindered_s =
+                way.alone(vacated_m, way.most_mps(vacated_m), &driving).time_s(way.stop_m);
             mover.threshold = threshold;
             mover.touchdown = threshold + touchdown_m;
             mover.braking = braking;

@@ -501,6 +501,7 @@ impl Core {
         self.follow(m, from);
         if lifted {
             self.movers[m].measures.atot_s = Some(self.time_s);
+            self.movers[m].measures.on_runway_s[1] = Some(self.time_s);
             self.end_clearance(m, "TOF");
             self.end_clearance(m, "LUP");
         }

@@ -119,10 +119,37 @@ impl Core {
                 // Who departs may have its own runway before its tail is over one that it crosses.
                 let lands = self.flights[m].direction == Direction::Arrival;
                 if then.is_none() && (lands || r == self.flights[m].runway.0) {
+                    self.is_off_runway(m, r);
                     self.vacate(m);
                     self.end_clearance(m, "LND");
                 }
             }
+        }
+    }
+
+    /// The tail of a landing is beyond the line of its runway: from now on it taxies in.
+    fn is_off_runway(&mut self, m: usize, r: usize) {
+        let (f, now) = (&self.flights[m], self.time_s);
+        let measures = &mut self.movers[m].measures;
+        if f.direction == Direction::Arrival
+            && r == f.runway.0
+            && measures.aldt_s.is_some()
+            && measures.on_runway_s[1].is_none()
+        {
+            measures.on_runway_s[1] = Some(now);
+            self.movers[m].taxi_from_s = now;
+        }
+    }
+
+    /// The nose of a departure is over the line of its runway.
+    fn comes_over_line(&mut self, m: usize) {
+        let line = self.movers[m].threshold as usize;
+        if self.movers[m].next <= line || self.movers[m].measures.on_runway_s[0].is_some() {
+            return;
+        }
+        let hold_gap_m = self.movers[m].hold_gap_m;
+        if self.movers[m].s > self.stop_before_m(m, line) + hold_gap_m {
+            self.movers[m].measures.on_runway_s[0] = Some(self.time_s);
         }
     }
 
@@ -216,6 +243,9 @@ impl Core {
             return;
         }
         self.drive(m);
+        if departs {
+            self.comes_over_line(m);
+        }
         let mover = &self.movers[m];
         let to = mover.way.pieces.len().min(mover.roll_from);
         if mover.v != 0.0 || mover.next < to || mover.way.stop_m - mover.s > 0.6 {

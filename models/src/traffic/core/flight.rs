@@ -179,6 +179,8 @@ pub struct Measures {
     pub aldt_s: Option<f64>,
     /// Actual in-block time.
     pub aibt_s: Option<f64>,
+    /// On its runway: from over the threshold until the tail is beyond the line, or from over the line until it is airborne, s.
+    pub on_runway_s: [Option<f64>; 2],
     /// Stops of 5 s or more off stands.
     pub stops: u32,
     /// Time of these stops, s.

@@ -12,6 +12,25 @@ use crate::traffic::way::{Driving, Roll, Way};
 
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
+/// Height at which the flare begins, m, and the sink that is left at its end, m/s (traffic.md 2.6).
+const FLARE_M: f64 = 15.0;
+const TOUCHES_MPS: f64 = 0.6;
+
+/// Way over the ground on which the sink of the slope falls linearly to [`TOUCHES_MPS`], m: `T = 2 h/(c + 0.6)`.
+pub(super) fn flare_m(touchdown_mps: f64) -> f64 {
+    2.0 * FLARE_M / (SLOPE + TOUCHES_MPS / touchdown_mps.max(1.0))
+}
+
+/// Height on final so far before the touchdown, m: the slope down to the begin of the flare, then that.
+pub(super) fn final_height_m(before_m: f64, flare_m: f64) -> f64 {
+    if before_m >= flare_m {
+        return FLARE_M + SLOPE * (before_m - flare_m);
+    }
+    // The slope falls linearly from the one to that of the end: h = g x + (s - g) x^2/(2 L), at x before the touchdown.
+    let (x, end) = (before_m.max(0.0), 2.0 * FLARE_M / flare_m - SLOPE);
+    end * x + (SLOPE - end) * x * x / (2.0 * flare_m)
+}
+
 /// Stops on an exit, and what lies behind it, are planned with this share of the braking (assumed).
 pub(super) const STOPS_SHARE: f64 = 0.8;
 
@@ -39,6 +58,7 @@ impl Core {
         let mover = &mut self.movers[m];
         let distance = (mover.threshold - mover.s).max(0.0);
         let over = (mover.s - mover.threshold) / (mover.touchdown - mover.threshold).max(1.0);
+        let before_m = mover.touchdown - mover.s;
         let wish = if over > 0.0 {
             f.landing.0 * (1.03 - 0.03 * over.min(1.0))
         } else {
@@ -52,12 +72,11 @@ impl Core {
         mover.s += mover.v * dt;
         mover.v += a * dt;
         mover.a = a;
+        if mover.s >= mover.threshold && mover.measures.on_runway_s[0].is_none() {
+            mover.measures.on_runway_s[0] = Some(self.time_s);
+        }
         let before = mover.height_m;
-        mover.height_m = if over < 0.0 {
-            15.0 + SLOPE * distance
-        } else {
-            15.0 * (1.0 - over).max(0.0) * (1.0 - over).max(0.0)
-        };
+        mover.height_m = final_height_m(before_m, mover.flare_m);
         mover.climb_mps = (mover.height_m - before) / dt;
         let (cleared, down) = (mover.cleared, mover.s >= mover.touchdown);
         // It calls at four miles; what it is told holds from when the runway is its own.
@@ -185,7 +204,6 @@ impl Core {
             self.take_ahead(m);
             if self.taxies_now(m) {
                 self.movers[m].phase = Phase::Taxiing;
-                self.movers[m].taxi_from_s = now;
                 self.drives_by_day(m);
                 let (net, pieces) = (self.net.clone(), self.pieces.clone());
                 let mover = &mut self.movers[m];
