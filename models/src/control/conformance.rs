@@ -409,6 +409,19 @@ impl One<'_, '_> {
         off_m - self.rules.line_m(bar)
     }
 
+    /// Whether it comes low along a runway to an end of that: a light aircraft that lands, too slow for what counts as on final.
+    fn comes_to_an_end(&self) -> bool {
+        let (p, target) = (self.rules.parameters, &self.situation.target);
+        self.rules.layout.runways.iter().any(|r| {
+            let (along_m, off_m) = r.place_m(target.position_m);
+            let along_mps = r.along_mps(target.velocity_mps);
+            let before_m = if along_mps > 0.0 { -along_m } else { along_m - r.length_m };
+            (0.0..=LOW_FINAL_M).contains(&before_m)
+                && off_m.abs() <= 0.5 * r.width_m + p.runway_side_m
+                && along_mps.abs() >= p.fast_aligned * target.velocity_mps.norm()
+        })
+    }
+
     fn off_runway(&mut self, remembered: &mut Remembered) {
         let (p, now, s) = (self.rules.parameters, self.rules.now, self.situation);
         let rolled = s.last_fast.is_some_and(|at| now.since_s(at) <= p.rolled_s);
@@ -440,7 +453,7 @@ impl One<'_, '_> {
                 self.raise(AlertKind::NoTaxiClearance, Stage::Information, None);
             }
         }
-        if s.judged_mps > p.high_speed_mps {
+        if s.judged_mps > p.high_speed_mps && !self.comes_to_an_end() {
             let take_off = s.judged_mps > p.taxiway_take_off_mps;
             let stage = if take_off { Stage::Alarm } else { Stage::Information };
             self.raise(AlertKind::HighSpeed, stage, None);
@@ -523,6 +536,8 @@ impl One<'_, '_> {
 
 /// Who rolled so shortly ago rolls, on tracks, s: a scan and a half (assumed).
 const ROLLS_S: f64 = 1.5;
+/// Who lands is below fifteen metres no farther before his runway than this, m: with a touchdown 150 m behind the threshold 170.
+const LOW_FINAL_M: f64 = 300.0;
 /// Noise takes a nose back so far before a bar that it passes slowly, m (assumed).
 const JUST_BEFORE_M: f64 = 3.0;
 /// Who has been so far before a bar passes it anew, m (assumed).

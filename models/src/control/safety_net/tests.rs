@@ -6,6 +6,7 @@ use crate::frames::Point2;
 use crate::frames::Vector2;
 
 mod jumps;
+mod low_finals;
 mod places;
 mod sets_off;
 mod stands;

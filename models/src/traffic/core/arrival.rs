@@ -2,9 +2,7 @@
 
 use super::closed::Closed;
 use super::failures::FailureKind;
-use super::landing::{
-    ROLL_JERK_MPS3, STOPS_SHARE, final_height_m, final_mps2, flare_m, off_speed_mps,
-};
+use super::landing::{Flare, ROLL_JERK_MPS3, STOPS_SHARE, final_mps2, off_speed_mps};
 use super::plan::{LANDING_AHEAD_S, Others, Rivals, Start};
 use super::runway::arrival_gap_s;
 use super::tow::TOWED_OFF_S;
@@ -184,10 +182,11 @@ impl Core {
         (mover.wander, mover.approach) = (mover.wander.anew(), Default::default());
         mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0) - head_mps;
         mover.s = mover.threshold - out_m;
-        mover.flare_m = flare_m(f.landing.0 - head_mps);
+        let behind_m = mover.touchdown - mover.threshold;
+        mover.flare = Flare::of(f.landing.0 - head_mps, behind_m);
         // A step behind, as that of everybody on final: its first frame sinks as those after it.
         let before_m = mover.touchdown - mover.s + mover.v * self.step_s;
-        mover.height_m = final_height_m(before_m, mover.flare_m);
+        mover.height_m = mover.flare.height_m(before_m);
         mover.climb_mps = -SLOPE * mover.v;
     }
 

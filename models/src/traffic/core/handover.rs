@@ -12,7 +12,6 @@ mod join;
 pub(super) use join::Join;
 
 use super::arrival::{Tried, time_to_threshold_s};
-use super::landing::final_height_m;
 use super::runway::arrival_gap_s;
 use super::{Core, Direction, FINAL_M, Flight, Mover, Phase, Policy, class_of};
 use crate::frames::{Azimuth, Point2, Point3, Vector2, Vector3, center, wrap_pi};
@@ -296,7 +295,7 @@ impl Core {
         mover.v = given.velocity_mps.xy().dot(&along);
         // A step behind, as that of everybody on final.
         let before_m = mover.touchdown - mover.s + mover.v * self.step_s;
-        mover.height_m = final_height_m(before_m, mover.flare_m);
+        mover.height_m = mover.flare.height_m(before_m);
         mover.climb_mps = -super::SLOPE * mover.v;
         let beside = (off_m.dot(&aside), given.velocity_mps.xy().dot(&aside));
         let above = (given.at_m.z - mover.height_m, given.velocity_mps.z - mover.climb_mps);

@@ -12,23 +12,52 @@ use crate::traffic::way::{Driving, Roll, Way};
 
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
-/// Height at which the flare begins, m, and the sink that is left at its end, m/s (traffic.md 2.6).
+/// Height over the threshold, and at which a flare begins at the earliest, m, and the sink that is left at its end, m/s
+/// (traffic.md 2.6).
 const FLARE_M: f64 = 15.0;
 const TOUCHES_MPS: f64 = 0.6;
+/// A flare begins at this height at the latest, m, and takes this share of the way of one from [`FLARE_M`] at least (assumed).
+const LATEST_M: f64 = 4.0;
+const SHORTEST: f64 = 0.3;
 
-/// Way over the ground on which the sink of the slope falls linearly to [`TOUCHES_MPS`], m: `T = 2 h/(c + 0.6)`.
-pub(super) fn flare_m(touchdown_mps: f64) -> f64 {
-    2.0 * FLARE_M / (SLOPE + TOUCHES_MPS / touchdown_mps.max(1.0))
+/// The last of a final over a runway: the slope, a flare over which its sink falls linearly to [`TOUCHES_MPS`], and a float with that.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Flare {
+    /// Way of the flare, m.
+    flare_m: f64,
+    /// Way from its end to the touchdown, m.
+    float_m: f64,
+    /// Height lost on a metre of that.
+    end: f64,
 }
 
-/// Height on final so far before the touchdown, m: the slope down to the begin of the flare, then that.
-pub(super) fn final_height_m(before_m: f64, flare_m: f64) -> f64 {
-    if before_m >= flare_m {
-        return FLARE_M + SLOPE * (before_m - flare_m);
+impl Flare {
+    /// Of somebody who touches down with this speed over the ground so far behind the threshold: as high over that as
+    /// [`FLARE_M`], by a later flare or a float; who comes down nearer than the slope and the latest flare let crosses it lower, who
+    /// floats for ever higher.
+    pub(super) fn of(touchdown_mps: f64, behind_m: f64) -> Self {
+        let end = (TOUCHES_MPS / touchdown_mps.max(1.0)).min(0.8 * SLOPE);
+        let usual_m = 2.0 * FLARE_M / (SLOPE + end);
+        if behind_m <= usual_m {
+            let longer = 2.0 / (SLOPE + end) - 1.0 / SLOPE;
+            let from_m = ((behind_m - FLARE_M / SLOPE) / longer).clamp(LATEST_M, FLARE_M);
+            return Self { flare_m: 2.0 * from_m / (SLOPE + end), float_m: 0.0, end };
+        }
+        let flare_m = 2.0 * (FLARE_M - end * behind_m) / (SLOPE - end);
+        let flare_m = flare_m.clamp(SHORTEST * usual_m, usual_m);
+        let most_m = (FLARE_M - 0.5 * (SLOPE + end) * flare_m) / end;
+        Self { flare_m, float_m: (behind_m - flare_m).min(most_m), end }
     }
-    // The slope falls linearly from the one to that of the end: h = g x + (s - g) x^2/(2 L), at x before the touchdown.
-    let (x, end) = (before_m.max(0.0), 2.0 * FLARE_M / flare_m - SLOPE);
-    end * x + (SLOPE - end) * x * x / (2.0 * flare_m)
+
+    /// Height so far before the touchdown, m.
+    pub(super) fn height_m(self, before_m: f64) -> f64 {
+        let Self { flare_m, float_m, end } = self;
+        let floats_m = before_m.clamp(0.0, float_m);
+        let flares_m = (before_m - float_m).clamp(0.0, flare_m);
+        let slopes_m = (before_m - float_m - flare_m).max(0.0);
+        let steeper = (SLOPE - end) / (2.0 * flare_m.max(1e-9));
+        end * floats_m + (end + steeper * flares_m) * flares_m + SLOPE * slopes_m
+    }
 }
 
 /// Stops on an exit, and what lies behind it, are planned with this share of the braking (assumed).
@@ -76,7 +105,7 @@ impl Core {
             mover.measures.on_runway_s[0] = Some(self.time_s);
         }
         let before = mover.height_m;
-        mover.height_m = final_height_m(before_m, mover.flare_m);
+        mover.height_m = mover.flare.height_m(before_m);
         mover.climb_mps = (mover.height_m - before) / dt;
         let (cleared, down) = (mover.cleared, mover.s >= mover.touchdown);
         // It calls at four miles; what it is told holds from when the runway is its own.
@@ -245,5 +274,41 @@ impl Core {
         let meets = mover.way.meets((mover.s, mover.off_to_m + mover.v), mover.v, dec_mps2);
         let stops = mover.v == 0.0 || meets && stops_m <= self.authority(m) - mover.s;
         mover.v <= d.straight_mps && stops
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever comes down wherever: the slope and its sink without a jump, 0.6 m/s at the touchdown, and as high over the threshold as
+    /// the slope puts him, but for who comes down nearer than he can from there.
+    #[test]
+    fn a_flare_ends_a_slope_of_fifteen_metres_over_the_threshold() {
+        for mps in [14.0, 22.0, 29.0, 40.0, 55.0, 70.0, 80.0] {
+            for behind_m in [150.0, 220.0, 290.0, 330.0, 420.0, 500.0, 640.0, 900.0] {
+                let flare = Flare::of(mps, behind_m);
+                let over_m = flare.height_m(behind_m);
+                // The nearest at which the latest flare ends from the full height.
+                let end = 0.6 / mps;
+                let nearest_m = (FLARE_M - LATEST_M) / SLOPE + 2.0 * LATEST_M / (SLOPE + end);
+                let what = format!("{mps} m/s, {behind_m} m: {over_m} m, {flare:?}");
+                if behind_m < nearest_m {
+                    let lower_m = SLOPE * (nearest_m - behind_m);
+                    assert!((over_m - (FLARE_M - lower_m)).abs() < 0.6, "{what}");
+                } else if behind_m * end < 0.7 * FLARE_M {
+                    assert!((over_m - FLARE_M).abs() < 1e-6, "{what}");
+                } else {
+                    assert!((FLARE_M - 1e-6..45.0).contains(&over_m), "{what}");
+                }
+                let sink_mps = |m: f64| (flare.height_m(m + 0.01) - flare.height_m(m)) / 0.01 * mps;
+                assert!((sink_mps(0.0) - 0.6).abs() < 0.02, "{what}: {}", sink_mps(0.0));
+                assert!((sink_mps(1500.0) - SLOPE * mps).abs() < 1e-6, "{what}");
+                for k in 0..1500 {
+                    let (now, then) = (sink_mps(f64::from(k)), sink_mps(f64::from(k + 1)));
+                    assert!(then >= now - 1e-6 && then - now < 0.06, "{what}: {now} {then} at {k}");
+                }
+            }
+        }
     }
 }

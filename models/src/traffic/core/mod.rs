@@ -102,8 +102,8 @@ struct Mover {
     /// Landing: place of the threshold, touchdown and exit on the way; braking.
     threshold: f64,
     touchdown: f64,
-    /// Length of its flare, m.
-    flare_m: f64,
+    /// The last of its final.
+    flare: landing::Flare,
     braking: f64,
     /// Greatest braking of its roll and in its exit, by the weather in which it chose that, m/s².
     most_mps2: f64,
@@ -664,7 +664,7 @@ impl Mover {
             breaks_away_s: 0.0,
             threshold: 0.0,
             touchdown: 0.0,
-            flare_m: 1.0,
+            flare: landing::Flare::default(),
             braking: 1.2,
             most_mps2: 2.5,
             off_mps2: 1.5,
