@@ -58,10 +58,22 @@ impl Network {
     /// only is trapped. Each edge that led out of `before`'s part to such a trap, or back from it, becomes two-way.
     pub(super) fn free_lanes(&mut self, before: &Self) {
         let was = before.largest_part();
-        // Nodes that were made since lie on edges of that part, or are stands.
-        let wanted = |net: &Self, n: usize| {
-            net.nodes[n].stand.is_none() && was.get(n).is_none_or(|was| *was)
-        };
+        // Nodes that were made since are of that part if the edges are on which they were made.
+        let mut of_part = was.clone();
+        of_part.resize(self.nodes.len(), true);
+        let is_stand = |n: usize| self.nodes[n].stand.is_some();
+        loop {
+            let before = of_part.clone();
+            for [a, b] in self.edges.iter().map(|e| e.nodes) {
+                for (n, next) in [(a, b), (b, a)] {
+                    of_part[n] &= n < was.len() || is_stand(next) || before[next];
+                }
+            }
+            if of_part == before {
+                break;
+            }
+        }
+        let wanted = |net: &Self, n: usize| net.nodes[n].stand.is_none() && of_part[n];
         let mut freed = Vec::new();
         loop {
             let part = self.largest_part();

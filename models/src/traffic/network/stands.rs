@@ -286,5 +286,14 @@ mod tests {
         let net = Network::of(&airport);
         assert!(!net.nodes[3].used && net.nodes[..3].iter().all(|n| n.used));
         assert!(net.edges.iter().any(|e| !e.two_way));
+        // Also with a stand beside it, whose lead-in cuts it.
+        for x in [150.0, 200.0, 250.0] {
+            let (name, position_m) = (format!("S{x}"), Point2::new(x, -40.0));
+            let heading_rad = std::f64::consts::PI;
+            airport.stands.push(Stand { name, position_m, heading_rad, node: None });
+        }
+        let net = Network::of(&airport);
+        assert_eq!(net.edges.iter().filter(|e| !e.two_way).count(), 4);
+        assert!(net.nodes[4..].iter().all(|n| !n.used), "{:?}", net.nodes);
     }
 }
