@@ -159,6 +159,14 @@ impl Landing {
         (room_m > 0.0).then(|| (v * v - exit.speed_mps * exit.speed_mps) / (2.0 * room_m))
     }
 
+    /// The farthest touchdown behind the threshold from which the greatest braking does for an exit, m.
+    #[must_use]
+    pub fn latest_m(&self, exit: Exit) -> f64 {
+        let v = self.touchdown_mps;
+        let braked_m = (v * v - exit.speed_mps * exit.speed_mps) / (2.0 * self.greatest_mps2);
+        exit.place_m - self.delay_s * v - braked_m.max(0.0) - 1.0
+    }
+
     /// Index of the exit taken: the first within the usual braking, else the first within the greatest;
     /// `None`: rolls to the end of the runway.
     #[must_use]

@@ -21,6 +21,8 @@ use std::sync::Arc;
 const PAD_MPS: f64 = 8.0;
 /// An exit at more than this turns back, degrees: a right angle, with room for how files place nodes (assumed).
 const TURNS_BACK_DEG: f64 = 91.0;
+/// A landing is planned for so many touchdowns, each nearer to the threshold.
+const TOUCHDOWNS: usize = 4;
 
 /// Exits are for being fast within so much beside the centreline, m: the usual place of a holding position.
 const OFF_M: f64 = 90.0;
@@ -293,17 +295,40 @@ impl Core {
         searches: &mut Searches,
         left_out: &[usize],
     ) -> bool {
+        let (r, end) = self.flights[m].runway;
+        let runway = &self.net.runways[r];
+        let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
+        let (least_m, most_m) = zone.within_m;
+        let drawn = normal_pair(&mut self.rng(m, 4)).0;
+        let mut touchdown_m = (zone.mean_m + zone.sigma_m * drawn).clamp(least_m, most_m);
+        // Where it could not stop for any exit it puts itself down earlier.
+        for _ in 0..TOUCHDOWNS {
+            match self.plan_landing(m, searches, left_out, touchdown_m) {
+                Ok(planned) => return planned,
+                Err(before_m) if before_m < touchdown_m && touchdown_m > least_m => {
+                    touchdown_m = before_m.max(least_m);
+                }
+                Err(_) => return false,
+            }
+        }
+        false
+    }
+
+    /// The same for a touchdown so far behind the threshold. An error if no exit can be braked for from there: the farthest touchdown
+    /// from which one might be, m.
+    fn plan_landing(
+        &mut self,
+        m: usize,
+        searches: &mut Searches,
+        left_out: &[usize],
+        touchdown_m: f64,
+    ) -> Result<bool, f64> {
         let f = self.flights[m].clone();
         let net = Arc::clone(&self.net);
         let (r, end) = f.runway;
         let runway = &net.runways[r];
-        let Some(node) = net.stands[self.movers[m].stand].node else { return false };
-        let Searches { closed, opposed, only_looks, from, known, late } = searches;
-        let mut rng = self.rng(m, 4);
-        let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
-        let (least_m, most_m) = zone.within_m;
-        let touchdown_m =
-            (zone.mean_m + zone.sigma_m * normal_pair(&mut rng).0).clamp(least_m, most_m);
+        let Some(node) = net.stands[self.movers[m].stand].node else { return Ok(false) };
+        let Searches { closed, opposed, only_looks, from, known, late: too_late } = searches;
         let most_mps2 = self.day.exit_braking_mps2();
         let landing = Landing {
             touchdown_mps: f.landing.0 - self.head_mps(m),
@@ -312,6 +337,9 @@ impl Core {
             nominal_mps2: f.landing.1,
             greatest_mps2: most_mps2,
         };
+        // Brakes build up.
+        let late = Landing { delay_s: 2.0 + 0.5 * most_mps2 / ROLL_JERK_MPS3, ..landing };
+        let mut before_m = f64::NEG_INFINITY;
         let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
         let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
         let mut spine: Vec<(f64, usize)> =
@@ -369,6 +397,7 @@ impl Core {
             }
             // Braking harder than anybody does: not this exit.
             let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= most_mps2) else {
+                before_m = before_m.max(late.latest_m(exit));
                 continue;
             };
             let at = spine
@@ -388,8 +417,8 @@ impl Core {
             };
             let all = [&arcs[..], &found.arcs[..]].concat();
             let turns = self.failing(m, FailureKind::WrongTurn).filter(|_| !*only_looks);
-            if turns.is_none() && (all == *known || late.iter().any(|l| all.starts_with(l))) {
-                return false;
+            if turns.is_none() && (all == *known || too_late.iter().any(|l| all.starts_with(l))) {
+                return Ok(false);
             }
             let cleared = over(&all);
             // Begins on the runway, before the turn to the exit.
@@ -450,9 +479,8 @@ impl Core {
             // What lies behind the exit may want it slower, its arc begins before it, and brakes build up.
             let speed_mps = way.most_mps(free_to);
             let to = Exit { place_m: free_to - threshold, speed_mps };
-            let built_up_s = 0.5 * most_mps2 / ROLL_JERK_MPS3;
-            let late = Landing { delay_s: landing.delay_s + built_up_s, ..landing };
             let Some(needed) = late.needed_mps2(to).filter(|a| *a <= most_mps2) else {
+                before_m = before_m.max(late.latest_m(to));
                 continue;
             };
             if needed > braking {
@@ -475,12 +503,13 @@ impl Core {
             mover.threshold = threshold;
             mover.touchdown = threshold + touchdown_m;
             mover.braking = braking;
+            mover.roll = roll(braking);
             (mover.most_mps2, mover.off_mps2, mover.off_to_m) = (most_mps2, off_mps2, off_to_m);
             mover.way = way;
             mover.beside_m *= 0.0;
-            return true;
+            return Ok(true);
         }
-        false
+        Err(before_m)
     }
 
     /// Where an exit, from its begin on, is beyond the strip of its runway or [`OFF_M`] beside the centreline, m.

@@ -72,6 +72,9 @@ impl Core {
             self.movers[m].next_try_s = now + 15.0;
             return;
         }
+        if unplanned && self.kept_by_its_way(m) {
+            return;
+        }
         self.movers[m].next_try_s = self.time_s + 1.0;
         if !uncleared && (!self.permitted(m, ClearanceKind::Push) || self.starves(m)) {
             // Whom nobody clears keeps nobody waiting behind his plan: he gets another one when he is cleared.

@@ -65,6 +65,7 @@ impl Core {
             let may = !departs
                 || (follows || !self.owned(m))
                     && self.may_line_up(m)
+                    && self.lacks_runway_ahead(m).is_none()
                     && self.permitted(m, ClearanceKind::LineUp)
                     && !self.bar_sticks(self.flights[m].runway.0);
             let told = departs
@@ -116,10 +117,11 @@ impl Core {
             let (strip, then) = (of(i), of(i + 1));
             self.leave_first_held(m);
             if let Some(r) = strip.filter(|_| strip != then) {
+                // Its own runway may adjoin another one's.
+                self.is_off_runway(m, r);
                 // Who departs may have its own runway before its tail is over one that it crosses.
                 let lands = self.flights[m].direction == Direction::Arrival;
                 if then.is_none() && (lands || r == self.flights[m].runway.0) {
-                    self.is_off_runway(m, r);
                     self.vacate(m);
                     self.end_clearance(m, "LND");
                 }

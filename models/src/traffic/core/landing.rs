@@ -8,7 +8,7 @@ use crate::frames::Azimuth;
 use crate::traffic::path::Path;
 use crate::traffic::profile::{stopping, stopping_speed_mps};
 use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_airspeed_mps};
-use crate::traffic::way::{Driving, Roll, Way};
+use crate::traffic::way::{Driving, Way};
 
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
@@ -164,6 +164,7 @@ impl Core {
         if down {
             let now = self.time_s;
             let mover = &mut self.movers[m];
+            mover.measures.head_mps = head_mps;
             (mover.height_m, mover.climb_mps) = (0.0, 0.0);
             mover.phase = Phase::Landing;
             mover.measures.aldt_s = Some(now);
@@ -185,6 +186,7 @@ impl Core {
         let mover = &mut self.movers[m];
         mover.phase = Phase::GoAround;
         mover.measures.go_arounds += 1;
+        mover.measures.on_runway_s = [None; 2];
         mover.wants = None;
         (mover.waits_since_s, mover.waits_for) = (None, None);
         mover.parked_pieces.clear();
@@ -233,10 +235,11 @@ impl Core {
             self.take_ahead(m);
             if self.taxies_now(m) {
                 self.movers[m].phase = Phase::Taxiing;
+                self.movers[m].taxi_from_s = now;
                 self.drives_by_day(m);
                 let (net, pieces) = (self.net.clone(), self.pieces.clone());
                 let mover = &mut self.movers[m];
-                mover.way.limit(&net, &pieces, &mover.driving, &Roll::NONE);
+                mover.way.limit(&net, &pieces, &mover.driving, &mover.roll);
                 self.clear(m, "TAX", String::new());
                 self.taxiing(m);
                 return;

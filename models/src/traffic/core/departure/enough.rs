@@ -13,7 +13,9 @@ impl Core {
         match needs_m {
             Some(needs_m) if needs_m <= there_m => None,
             Some(needs_m) => Some(format!(
-                "{name}: needs {needs_m:.0} m of runway {end} for its take-off, {there_m:.0} m are there"
+                "{name}: needs {:.0} m of runway {end} for its take-off, {:.0} m are there",
+                needs_m.ceil(),
+                there_m.floor()
             )),
             None => Some(format!(
                 "{name}: cannot take off from runway {end} in this air and {:.0} m/s of head wind",
@@ -31,7 +33,7 @@ impl Core {
     }
 
     /// On its way, lined up or rolling: the runway ahead of where it is to begin, or of where it is by now.
-    fn lacks_runway_ahead(&self, m: usize) -> Option<String> {
+    pub(in crate::traffic::core) fn lacks_runway_ahead(&self, m: usize) -> Option<String> {
         let (f, mover) = (&self.flights[m], &self.movers[m]);
         let rolls = mover.phase == Phase::Rolling;
         let from_m = if rolls { mover.s } else { mover.way.stop_m };
@@ -48,9 +50,33 @@ impl Core {
             return false;
         }
         let Some(why) = self.lacks_runway(m) else {
-            self.movers[m].lacks_runway = false;
+            // Where none is laid its way may say something else.
+            self.movers[m].lacks_runway &= self.movers[m].way.pieces.is_empty();
             return false;
         };
+        self.keep_on_stand(m, &why);
+        true
+    }
+
+    /// The same of the way that has been laid for it, whose entry may turn it in later than entries do.
+    pub(super) fn kept_by_its_way(&mut self, m: usize) -> bool {
+        if self.flights[m].direction != Direction::Departure {
+            return false;
+        }
+        match self.lacks_runway_ahead(m) {
+            Some(why) => {
+                self.keep_on_stand(m, &why);
+                true
+            }
+            None => {
+                self.movers[m].lacks_runway = false;
+                false
+            }
+        }
+    }
+
+    /// Keeps it on its stand for a while, without a plan.
+    fn keep_on_stand(&mut self, m: usize, why: &str) {
         if !self.movers[m].lacks_runway {
             self.remark(format!("{why}, it stays on its stand"));
         }
@@ -64,7 +90,6 @@ impl Core {
         if planned && self.policy == Policy::Planned {
             self.book();
         }
-        true
     }
 
     /// Whether the weather has turned so that its runway is too short for who is at its line or lined up: it is towed to a stand, from
@@ -102,6 +127,7 @@ impl Core {
         (mover.first_held, mover.next, mover.s, mover.slip) = (0, 0, 0.0, 0.0);
         (mover.v, mover.a) = (0.0, 0.0);
         mover.next_try_s = self.time_s + 120.0;
+        mover.measures.on_runway_s = [None; 2];
         self.book();
         true
     }
