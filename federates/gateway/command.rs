@@ -684,6 +684,7 @@ mod tests {
             ),
             ("send = [\"tracks\"]", &["--asterix-send", "tracks"], &["--asterix-send", "status"]),
             ("categories = [62]", &["--asterix-cat", "62"], &["--asterix-cat", "11"]),
+            ("sac = 25", &["--asterix-sac", "25"], &["--asterix-sac", "0"]),
             ("time = \"wall\"", &["--asterix-time", "wall"], &["--asterix-time", "scene"]),
             (heard, &ear, &["--asterix-in", "127.0.0.1:1"]),
             (

@@ -503,7 +503,6 @@ impl Core {
             mover.threshold = threshold;
             mover.touchdown = threshold + touchdown_m;
             mover.braking = braking;
-            mover.roll = roll(braking);
             (mover.most_mps2, mover.off_mps2, mover.off_to_m) = (most_mps2, off_mps2, off_to_m);
             mover.way = way;
             mover.beside_m *= 0.0;

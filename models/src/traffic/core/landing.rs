@@ -8,7 +8,7 @@ use crate::frames::Azimuth;
 use crate::traffic::path::Path;
 use crate::traffic::profile::{stopping, stopping_speed_mps};
 use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_airspeed_mps};
-use crate::traffic::way::{Driving, Way};
+use crate::traffic::way::{Driving, Roll, Way};
 
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
@@ -16,9 +16,8 @@ pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
 /// (traffic.md 2.6).
 const FLARE_M: f64 = 15.0;
 const TOUCHES_MPS: f64 = 0.6;
-/// A flare begins at this height at the latest, m, and takes this share of the way of one from [`FLARE_M`] at least (assumed).
-const LATEST_M: f64 = 4.0;
-const SHORTEST: f64 = 0.3;
+/// A flare takes so long at least, s (assumed).
+const SHORTEST_S: f64 = 6.0;
 
 /// The last of a final over a runway: the slope, a flare over which its sink falls linearly to [`TOUCHES_MPS`], and a float with that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,13 +37,15 @@ impl Flare {
     pub(super) fn of(touchdown_mps: f64, behind_m: f64) -> Self {
         let end = (TOUCHES_MPS / touchdown_mps.max(1.0)).min(0.8 * SLOPE);
         let usual_m = 2.0 * FLARE_M / (SLOPE + end);
+        let shortest_m = (SHORTEST_S * touchdown_mps).min(usual_m);
         if behind_m <= usual_m {
             let longer = 2.0 / (SLOPE + end) - 1.0 / SLOPE;
-            let from_m = ((behind_m - FLARE_M / SLOPE) / longer).clamp(LATEST_M, FLARE_M);
-            return Self { flare_m: 2.0 * from_m / (SLOPE + end), float_m: 0.0, end };
+            let from_m = ((behind_m - FLARE_M / SLOPE) / longer).min(FLARE_M);
+            let flare_m = (2.0 * from_m / (SLOPE + end)).max(shortest_m);
+            return Self { flare_m, float_m: 0.0, end };
         }
         let flare_m = 2.0 * (FLARE_M - end * behind_m) / (SLOPE - end);
-        let flare_m = flare_m.clamp(SHORTEST * usual_m, usual_m);
+        let flare_m = flare_m.clamp(shortest_m, usual_m);
         let most_m = (FLARE_M - 0.5 * (SLOPE + end) * flare_m) / end;
         Self { flare_m, float_m: (behind_m - flare_m).min(most_m), end }
     }
@@ -239,7 +240,7 @@ impl Core {
                 self.drives_by_day(m);
                 let (net, pieces) = (self.net.clone(), self.pieces.clone());
                 let mover = &mut self.movers[m];
-                mover.way.limit(&net, &pieces, &mover.driving, &mover.roll);
+                mover.way.limit(&net, &pieces, &mover.driving, &Roll::NONE);
                 self.clear(m, "TAX", String::new());
                 self.taxiing(m);
                 return;
@@ -294,7 +295,8 @@ mod tests {
                 let over_m = flare.height_m(behind_m);
                 // The nearest at which the latest flare ends from the full height.
                 let end = 0.6 / mps;
-                let nearest_m = (FLARE_M - LATEST_M) / SLOPE + 2.0 * LATEST_M / (SLOPE + end);
+                let latest_m = (0.5 * (SLOPE + end) * SHORTEST_S * mps).min(FLARE_M);
+                let nearest_m = (FLARE_M - latest_m) / SLOPE + 2.0 * latest_m / (SLOPE + end);
                 let what = format!("{mps} m/s, {behind_m} m: {over_m} m, {flare:?}");
                 if behind_m < nearest_m {
                     let lower_m = SLOPE * (nearest_m - behind_m);

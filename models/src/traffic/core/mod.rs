@@ -51,7 +51,7 @@ use super::network::Network;
 use super::outline::Size;
 use super::pieces::{Class, Pieces};
 use super::runway_roll::NAUTICAL_MILE_M;
-use super::way::{Arcs, Driving, Roll, Way};
+use super::way::{Arcs, Driving, Way};
 use crate::control::actors::Actors;
 use crate::control::actors::seats::crossings;
 use crate::control::clearance::ClearanceKind;
@@ -104,8 +104,6 @@ struct Mover {
     touchdown: f64,
     /// The last of its final.
     flare: landing::Flare,
-    /// How it leaves its runway.
-    roll: Roll,
     braking: f64,
     /// Greatest braking of its roll and in its exit, by the weather in which it chose that, m/s².
     most_mps2: f64,
@@ -667,7 +665,6 @@ impl Mover {
             threshold: 0.0,
             touchdown: 0.0,
             flare: landing::Flare::default(),
-            roll: Roll::NONE,
             braking: 1.2,
             most_mps2: 2.5,
             off_mps2: 1.5,
