@@ -241,7 +241,9 @@ pub(crate) fn read(
     let mut lines: BTreeMap<String, usize> = BTreeMap::new();
     let mut turn_rounds = TurnRounds::default();
     for section in sections {
-        let (file, wanted) = match section.text("kind")? {
+        let kind = section.text("kind")?;
+        let drawn = kind != Some("schedule");
+        let (file, wanted) = match kind {
             Some("schedule") => {
                 let file = section.file_path("file")?.ok_or_else(|| {
                     section.missing("file", "the name of a schedule (CSV)".into())
@@ -260,6 +262,7 @@ pub(crate) fn read(
                 (section.file().to_path_buf(), flights)
             }
         };
+        let (count, mut short) = (wanted.len(), Vec::new());
         for w in wanted {
             let index = first_entity + flights.len();
             let refuse = |column: &'static str, found: &str, allowed: Vec<&str>| {
@@ -295,6 +298,11 @@ pub(crate) fn read(
             if let Some(lack) = refused::lack(&ground, &w, row, runway) {
                 match lack {
                     refused::Lack::Now(text) => remarks.push(text),
+                    // Nobody named a drawn one: the others come.
+                    refused::Lack::Always(text) if drawn => {
+                        short.push(text);
+                        continue;
+                    }
                     refused::Lack::Always(found) => {
                         let needed = "a longer runway, a lighter type or other weather".into();
                         let problem = Problem::WrongKind { found, needed };
@@ -365,6 +373,12 @@ pub(crate) fn read(
                 ..flight_of(row)
             });
             added.entities.push(entity);
+        }
+        if let Some(first) = short.first() {
+            let gone = short.len();
+            left_out.push(format!(
+                "{gone} of {count} drawn flights are left out: the runway is too short for them in the weather, like {first}"
+            ));
         }
     }
     turn_rounds.resolve(&mut flights, &mut remarks)?;

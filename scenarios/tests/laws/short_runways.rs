@@ -4,6 +4,7 @@ use models::traffic::core::{Core, Phase};
 use models::traffic::runway_roll::take_off_run;
 use scenarios::Scene;
 use scenarios::error::ScenarioError;
+use scenarios::schedule::Behaving;
 use std::path::Path;
 
 /// Types of a table, with lift-off speed, run and length.
@@ -155,4 +156,51 @@ fn a_gale_that_comes_on_the_way_turns_a_light_one_back() {
         towed += usize::from(core.remarks().iter().any(|r| r.text.contains("towed to stand")));
     }
     assert!(towed > 0, "nobody was under way");
+}
+
+/// A wind that turns over an end that the scene names: one flight that is drawn behind it cost the whole scene. It is left out and told of,
+/// all others are those of the scene in which the wind does not turn.
+#[test]
+fn drawn_flights_that_lack_runway_are_left_out_and_the_others_come() {
+    let drawn = |seed: u64, arrivals: u32, wind: &str| {
+        let text = format!(
+            "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 3600\n[airport]\nlayout = \"airports/XSYN.apt.dat\"\n\
+             [weather]\ntimeline = [{{ at_s = 0 }}{wind}]\n[[traffic]]\nkind = \"generated\"\narrivals_per_h = {arrivals}\n\
+             departures_per_h = 12\nturnaround_min = 10\narrival_runways = [\"27\"]\ndeparture_runways = [\"18\"]\n"
+        );
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("short.toml");
+        let scene = scenarios::load_text(&path, &text);
+        scene.unwrap_or_else(|e| panic!("{seed}, {arrivals}: {e}")).traffic.behaving.expect("some")
+    };
+    let mut left_out = 0;
+    for (seed, arrivals) in (1..=6).zip([0, 6].into_iter().cycle()) {
+        let calm = drawn(seed, arrivals, "");
+        let windy = drawn(seed, arrivals, ", { at_s = 1200, wind_mps = 15, wind_from_deg = 0 }");
+        let names = |b: &Behaving| -> Vec<String> {
+            b.flights.iter().map(|f| f.callsign.clone()).collect()
+        };
+        let (all, there) = (names(&calm), names(&windy));
+        let gone: Vec<&String> = all.iter().filter(|n| !there.contains(n)).collect();
+        assert!(there.iter().all(|n| all.contains(n)), "{seed}: {there:?} of {all:?}");
+        let told: Vec<_> =
+            windy.left_out.iter().filter(|r| r.contains("of runway 18 for its take-off")).collect();
+        assert_eq!(told.len(), usize::from(!gone.is_empty()), "{seed}: {:?}", windy.left_out);
+        if let ([first, ..], [told]) = (&gone[..], &told[..]) {
+            let count = format!("{} of {} drawn flights are left out", gone.len(), all.len());
+            assert!(told.starts_with(&count) && told.contains(*first), "{told}: {gone:?}");
+        }
+        for f in calm.flights.iter().filter(|f| gone.contains(&&f.callsign)) {
+            assert!(f.time_s >= 1200.0 && f.callsign.starts_with("GD"), "{}", f.callsign);
+        }
+        // A turn-round is still that of its own arrival.
+        let turned = |b: &Behaving| -> Vec<(String, String)> {
+            let of = |f: &models::traffic::core::Flight| {
+                Some((f.callsign.clone(), b.flights[f.turnaround_of?].callsign.clone()))
+            };
+            b.flights.iter().filter_map(of).filter(|t| there.contains(&t.0)).collect()
+        };
+        assert_eq!(turned(&windy), turned(&calm), "{seed}");
+        left_out += gone.len();
+    }
+    assert!(left_out >= 6, "{left_out} left out");
 }
