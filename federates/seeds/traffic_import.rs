@@ -117,12 +117,29 @@ fn tell(movement: &Imported, file: &Path, start_s: f64) {
         text(callsign),
         text(kind),
         text(&file.display().to_string()),
-        (1e3 * start_s).round() * 1e-3
+        to_ms(start_s)
     );
+}
+
+/// A time to the millisecond, as short as it can be written.
+fn to_ms(time_s: f64) -> f64 {
+    (1e3 * time_s).round() / 1e3
 }
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn a_start_is_written_to_the_millisecond() {
+        for ms in 0..20_000_u32 {
+            // As the difference of two times of a day.
+            let start_s = 40_000.0 + f64::from(ms) * 1e-3 - 40_000.0;
+            let text = format!("{}", super::to_ms(start_s));
+            let decimals = text.split_once('.').map_or(0, |(_, d)| d.len());
+            assert!(decimals <= 3, "{text}");
+            assert_eq!(text.parse::<f64>().map(|s| (1e3 * s).round()), Ok(f64::from(ms)), "{text}");
+        }
+    }
+
     #[test]
     fn each_call_sign_has_a_file_of_its_own() {
         let found = super::names(["A/1", "a_1", "A.1", "B", "Ä1"].into_iter());

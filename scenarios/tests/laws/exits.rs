@@ -41,7 +41,12 @@ struct Roll {
 /// All landings of a run, of which nothing is broken.
 fn landings(airport: &str, end: Option<&str>, weather: &str, seed: u64) -> Vec<Roll> {
     let (path, text) = text(airport, end, weather, seed);
-    let Ok(scene) = scenarios::load_text(&path, &text) else { return Vec::new() };
+    let scene = match scenarios::load_text(&path, &text) {
+        Ok(scene) => scene,
+        // Not every end has exits and a way to a stand.
+        Err(_) if end.is_some() => return Vec::new(),
+        Err(error) => panic!("{airport}: {error}"),
+    };
     let airport = &format!("{airport} {end:?}");
     let behaving = scene.traffic.behaving.as_ref().expect("behaves");
     let flights = behaving.flights.clone();
@@ -179,7 +184,9 @@ fn nobody_brakes_harder_than_the_surface_lets_him() {
 #[test]
 fn a_flare_is_no_dive() {
     for (airport, seed) in AIRPORTS.into_iter().zip(9..) {
-        for roll in landings(airport, None, "", seed) {
+        let rolls = landings(airport, None, "", seed);
+        assert!(rolls.len() >= 3, "{airport}: {} landings", rolls.len());
+        for roll in rolls {
             let climb_mps = roll.climb_mps.unwrap_or(0.0);
             assert!((climb_mps + 0.6).abs() < 0.1, "{airport}: touches down with {climb_mps} m/s");
             assert!(roll.jump_mps < 0.2, "{airport}: {roll:?}");
