@@ -33,6 +33,8 @@ struct Roll {
     off_mps: f64,
     hardest_mps2: f64,
     last_mps: f64,
+    /// Taxi-in beyond that of who is alone, s.
+    additional_s: Option<f64>,
     /// Climb of the last frame in the air, and the largest change of it within a frame, m/s.
     climb_mps: Option<f64>,
     jump_mps: f64,
@@ -104,7 +106,7 @@ fn landings(airport: &str, end: Option<&str>, weather: &str, seed: u64) -> Vec<R
     if end.is_none() {
         assert!(held.core.all_served(), "{airport}: {} served", held.core.measures_of_served());
     }
-    for (f, roll) in rolls.iter().enumerate() {
+    for (f, roll) in rolls.iter_mut().enumerate() {
         let measures = held.core.measures(f);
         let [from_s, to_s] = measures.on_runway_s;
         if flights[f].direction == Direction::Arrival {
@@ -114,12 +116,13 @@ fn landings(airport: &str, end: Option<&str>, weather: &str, seed: u64) -> Vec<R
             assert!(seen_s < 1.0, "{airport} {f}: over the threshold {seen_s} s off");
             let taxied_s = measures.aibt_s.zip(to_s).map(|(aibt_s, to_s)| aibt_s - to_s);
             assert_eq!(measures.taxi_s, taxied_s, "{airport} {f}");
+            roll.additional_s = taxied_s.map(|taxied_s| taxied_s - measures.unhindered_s);
         } else {
             assert_eq!(to_s, measures.atot_s, "{airport} {f}: until it is airborne");
             let lined_up =
                 held.core.clearances().iter().rev().find(|c| c.flight == f && c.kind == "LUP");
-            let from_line_s = lined_up.zip(from_s).map_or(0.0, |(c, from_s)| from_s - c.from_s);
-            assert!((0.0..60.0).contains(&from_line_s), "{airport} {f}: {from_line_s} s");
+            let from_line_s = lined_up.zip(from_s).map_or(1.0, |(c, from_s)| from_s - c.from_s);
+            assert!((1.0..60.0).contains(&from_line_s), "{airport} {f}: {from_line_s} s");
         }
     }
     rolls.retain(|r| r.vacated_s.is_some());
@@ -177,6 +180,35 @@ fn nobody_brakes_harder_than_the_surface_lets_him() {
             assert!(hardest <= most + 0.02, "{airport}, {weather}: {hardest} m/s2");
             assert!(rolls.len() >= 3, "{airport}, {weather}: {} landings", rolls.len());
         }
+    }
+}
+
+/// Nor at any runway end, of some of which every exit wants hard braking.
+#[test]
+fn nobody_brakes_harder_at_any_runway_end() {
+    let mut hardest_of_all = 0.0_f64;
+    for (airport, ends) in ENDS {
+        for (end, seed) in ends.iter().zip(5..) {
+            for (weather, most) in [("", 2.5), ("{ at_s = 0, film_mm = 1.0 }", 1.8)] {
+                let rolls = landings(airport, Some(end), weather, seed);
+                let hardest = rolls.iter().map(|r| r.hardest_mps2).fold(0.0, f64::max);
+                println!("{airport} {end} {weather}: {hardest:.2} m/s2, {} landings", rolls.len());
+                assert!(hardest <= most + 0.02, "{airport} {end} {weather}: {hardest} m/s2");
+                hardest_of_all = hardest_of_all.max(hardest / most);
+            }
+        }
+    }
+    assert!(hardest_of_all > 0.9, "{hardest_of_all}");
+}
+
+/// Taxi-in and that of who is alone begin at the same place: the quickest of an airport are neither quicker than alone nor much slower.
+#[test]
+fn the_quickest_taxi_in_is_that_of_who_is_alone() {
+    for (airport, seed) in AIRPORTS.into_iter().zip(9..) {
+        let rolls = landings(airport, None, "", seed);
+        let least_s = rolls.iter().filter_map(|r| r.additional_s).fold(f64::INFINITY, f64::min);
+        println!("{airport}: {least_s:.1} s");
+        assert!((-3.0..10.0).contains(&least_s), "{airport}: {least_s} s");
     }
 }
 

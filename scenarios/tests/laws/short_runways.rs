@@ -204,3 +204,26 @@ fn drawn_flights_that_lack_runway_are_left_out_and_the_others_come() {
     }
     assert!(left_out >= 6, "{left_out} left out");
 }
+
+/// A tail wind that makes its runway too short comes while it rolls: who is slow enough stops on it, nobody lifts off behind its end.
+#[test]
+fn who_rolls_when_the_wind_turns_stops_or_lifts_off_on_his_runway() {
+    let of = |name: &str, weather: &str| {
+        let scene = scene(name, "XSYN", ("A320", "18"), weather).unwrap_or_else(|e| panic!("{e}"));
+        lifts_off(&scene)
+    };
+    let (left_m, off_s) = of("calm", "{ at_s = 0 }").0.expect("takes off");
+    assert!(left_m > 0.0);
+    // It rolls for 39 s.
+    for before_s in [34.0, 30.0, 26.0, 22.0, 18.0] {
+        let from_s = off_s - before_s;
+        let weather = format!(
+            "{{ at_s = 0 }}, {{ at_s = {from_s:.1}, wind_mps = 17, wind_from_deg = 360 }}, {{ at_s = 2400, wind_mps = 0, wind_from_deg = 0 }}"
+        );
+        let (off, core) = of(&format!("rolls-{before_s}"), &weather);
+        let (left_m, at_s) =
+            off.unwrap_or_else(|| panic!("{weather}: stays, {:?}", core.remarks()));
+        assert!(left_m > 0.0, "{weather}: lifts off {left_m} m before the end");
+        assert!(at_s > 2400.0, "{weather}: at {at_s} s, {left_m} m before the end");
+    }
+}

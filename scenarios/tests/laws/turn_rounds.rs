@@ -83,6 +83,10 @@ fn a_slot_is_kept_whatever_the_sequence() {
         let name = format!("slot-{}", control.len());
         let scene = load(&name, &[slot, free], control).unwrap_or_else(|e| panic!("{e}"));
         let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        // First come, first served, the manager knows nobody else, so that it holds nobody else.
+        let known = behaving.departure_manager().map(|d| d.flights().collect::<Vec<_>>());
+        let expected = if control.contains("cps") { vec![0, 1] } else { vec![0] };
+        assert_eq!(known, Some(expected), "{control}");
         let mut core: Core = behaving.core(&scene.run, 1).expect("truth");
         (0..7200 * 20_i64).for_each(|frame| core.step(frame));
         let [slot_s, free_s] = [0, 1].map(|f| core.measures(f).atot_s.expect("takes off"));
