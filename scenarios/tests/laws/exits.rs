@@ -208,7 +208,7 @@ fn the_quickest_taxi_in_is_that_of_who_is_alone() {
         let rolls = landings(airport, None, "", seed);
         let least_s = rolls.iter().filter_map(|r| r.additional_s).fold(f64::INFINITY, f64::min);
         println!("{airport}: {least_s:.1} s");
-        assert!((-3.0..10.0).contains(&least_s), "{airport}: {least_s} s");
+        assert!((-3.0..15.0).contains(&least_s), "{airport}: {least_s} s");
     }
 }
 

@@ -639,6 +639,8 @@ mod tests {
         };
         let (icao, recat) = (behind([None; 2]), behind([Some(Recat::B), Some(Recat::D)]));
         assert!(icao > recat, "{icao:?} {recat:?}");
+        // A type of which no category is known is like others of its weight: the scene separates by RECAT-EU all the same.
+        assert!(icao > behind([Some(Recat::B), None]), "{icao:?}");
     }
 
     #[test]
