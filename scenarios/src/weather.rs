@@ -32,8 +32,9 @@ pub(crate) fn too_dense(notices: &[WeatherNotice], height_m: f64) -> Option<Stri
     let usual_hpa = Weather::default().pressure_hpa;
     let untold = notices.iter().all(|n| n.weather.pressure_hpa == usual_hpa);
     (untold && height_m > HIGH_M).then(|| {
-        // The standard atmosphere (ICAO Doc 7488) below 11 km.
-        let there_hpa = usual_hpa * (1.0 - height_m / 44_330.77).powf(5.255_88);
+        // The standard atmosphere (ICAO Doc 7488) below 11 km; its exponent is 5.256.
+        let cooler = 1.0 - height_m / 44_330.77;
+        let there_hpa = usual_hpa * cooler.powi(5) * cooler.sqrt().sqrt();
         format!(
             "weather.timeline.pressure_hpa: {usual_hpa} hPa are those of sea level; the field lies {height_m:.0} m high, where the \
              standard atmosphere has {there_hpa:.0} hPa"
