@@ -225,3 +225,36 @@ fn a_flare_is_no_dive() {
         }
     }
 }
+
+/// Drawn far behind the threshold of a wet runway a touchdown left no exit that could be braked for, and its flight in the air for
+/// ever: six of eight.
+#[test]
+fn who_could_not_stop_for_any_exit_touches_down_earlier() {
+    let file = std::env::temp_dir().join(format!("seeds-wet-{}.csv", std::process::id()));
+    let rows = (0..8).map(|n| {
+        format!("AAA{n},B738,arrival,18,C{},2026-05-12T06:{:02}:00Z\n", 3 + n % 4, 20 + 4 * n)
+    });
+    let table = format!("callsign,type,movement,runway,stand,eldt\n{}", rows.collect::<String>());
+    std::fs::write(&file, table).expect("written");
+    for film_mm in [0.0, 1.0] {
+        let text = format!(
+            "[run]\ntitle = \"t\"\nseed = 1\nstart = 2026-05-12T06:10:00Z\nduration_s = 5400\n[airport]\nlayout = \"airports/XSYN.apt.dat\"\n\
+             [weather]\ntimeline = [{{ at_s = 0, film_mm = {film_mm} }}]\n[[traffic]]\nkind = \"schedule\"\nfile = {:?}\n",
+            file.display().to_string()
+        );
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("wet.toml");
+        let scene = scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let mut core = behaving.core(&scene.run, 1).expect("with truth");
+        (1..=108_000).for_each(|frame| core.step(frame));
+        let late: Vec<String> = (0..8)
+            .filter(|f| {
+                let landed_s = core.measures(*f).aldt_s;
+                landed_s.is_none_or(|s| s > core.flights()[*f].time_s + 1200.0)
+            })
+            .map(|f| core.flights()[f].callsign.clone())
+            .collect();
+        assert!(late.is_empty(), "{film_mm} mm: {late:?}, {:?}", core.remarks());
+    }
+    std::fs::remove_file(&file).expect("removed");
+}

@@ -23,6 +23,8 @@ const PAD_MPS: f64 = 8.0;
 const TURNS_BACK_DEG: f64 = 91.0;
 /// A landing is planned for so many touchdowns, each nearer to the threshold.
 const TOUCHDOWNS: usize = 4;
+/// Who could not stop for any exit that is free for so long puts itself down earlier, s (assumed): until then a farther one may become free.
+const KEEPS_DRAWN_S: f64 = 60.0;
 
 /// Exits are for being fast within so much beside the centreline, m: the usual place of a holding position.
 const OFF_M: f64 = 90.0;
@@ -301,8 +303,9 @@ impl Core {
         let (least_m, most_m) = zone.within_m;
         let drawn = normal_pair(&mut self.rng(m, 4)).0;
         let mut touchdown_m = (zone.mean_m + zone.sigma_m * drawn).clamp(least_m, most_m);
-        // Where it could not stop for any exit it puts itself down earlier.
-        for _ in 0..TOUCHDOWNS {
+        let since_s = self.movers[m].waits_since_s;
+        let waits = since_s.is_some_and(|since_s| self.time_s - since_s > KEEPS_DRAWN_S);
+        for _ in 0..if waits { TOUCHDOWNS } else { 1 } {
             match self.plan_landing(m, searches, left_out, touchdown_m) {
                 Ok(planned) => return planned,
                 Err(before_m) if before_m < touchdown_m && touchdown_m > least_m => {
