@@ -298,10 +298,16 @@ mod tests {
                 let latest_m = (0.5 * (SLOPE + end) * SHORTEST_S * mps).min(FLARE_M);
                 let nearest_m = (FLARE_M - latest_m) / SLOPE + 2.0 * latest_m / (SLOPE + end);
                 let what = format!("{mps} m/s, {behind_m} m: {over_m} m, {flare:?}");
-                if behind_m < nearest_m {
+                let shortest_m = (SHORTEST_S * mps).min(2.0 * FLARE_M / (SLOPE + end));
+                if behind_m < shortest_m {
+                    // It crosses the threshold in its flare.
+                    let steeper = (SLOPE - end) / (2.0 * shortest_m);
+                    let expected_m = (end + steeper * behind_m) * behind_m;
+                    assert!((over_m - expected_m).abs() < 0.2, "{what}, {expected_m} m");
+                } else if behind_m < nearest_m {
                     let lower_m = SLOPE * (nearest_m - behind_m);
-                    assert!((over_m - (FLARE_M - lower_m)).abs() < 0.6, "{what}");
-                } else if behind_m * end < 0.7 * FLARE_M {
+                    assert!((over_m - (FLARE_M - lower_m)).abs() < 0.2, "{what}, {lower_m} m");
+                } else if 0.5 * (SLOPE - end) * shortest_m + end * behind_m <= FLARE_M {
                     assert!((over_m - FLARE_M).abs() < 1e-6, "{what}");
                 } else {
                     assert!((FLARE_M - 1e-6..45.0).contains(&over_m), "{what}");
