@@ -30,7 +30,7 @@ const RUNWAY: &[&str] = &["RMCA_ARR", "RMCA_ROLL", "ROUTE_DEV", "NOMOV"];
 const CASES: [Case; 12] = [
     Case {
         also: RUNWAY,
-        ..case("LZIB", 22, ("pass_hold", "GD0009"), &[("STOPBAR", 3.0), ("NOCLR_RWY", 6.0)])
+        ..case("LZIB", 22, ("pass_hold", "GD0006"), &[("STOPBAR", 3.0), ("NOCLR_RWY", 6.0)])
     },
     Case {
         also: RUNWAY,

@@ -9,7 +9,7 @@ fn scene(folder: &Folder, name: &str, control: &str) -> String {
     let path = folder.file(&format!("{name}.toml"));
     let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
     let text = format!(
-        "[run]\ntitle = \"seats\"\nseed = 11\nduration_s = 420\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+        "[run]\ntitle = \"seats\"\nseed = 11\nduration_s = 480\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
          [[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\ndepartures_per_h = 30\n[control]\n{control}\n"
     );
     std::fs::write(&path, text).expect("a scene");
@@ -126,7 +126,7 @@ fn controllers_on_tracks_give_one_digest_in_every_layout_and_their_log() {
     assert_eq!(count(&log, "SELECT count(*) FROM run WHERE name = 'seat_events_lost'"), 0);
     // The log flies the traffic again with what was said: whoever left his block in it was seen to do so then.
     let mut left = log
-        .prepare("SELECT callsign, aobt_ns FROM movements WHERE aobt_ns < 390000000000")
+        .prepare("SELECT callsign, aobt_ns FROM movements WHERE aobt_ns < 450000000000")
         .expect("a table");
     let rows = left.query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)? / 1_000_000_000)));
     let all: Vec<(String, i64)> = rows.and_then(Iterator::collect).expect("rows");

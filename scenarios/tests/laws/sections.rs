@@ -119,3 +119,39 @@ fn a_section_for_which_no_number_is_left_says_so() {
     let told = three.last().expect("said");
     assert!(told.contains("60000") && told.contains("none"), "{told}");
 }
+
+/// A reader of tables begins to look for a row before the comments and blank lines in front of it, and told that line.
+#[test]
+fn rows_are_named_by_their_own_line_whatever_is_before_them() {
+    let folder = std::env::temp_dir().join(format!("seeds-lines-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("s.csv");
+    let sound = "DLH1,,A320,departure,09,C1,2026-05-12T06:05:00Z,";
+    let wrong = [
+        "DLH2,,A320,departure,09,C2,yesterday,",
+        "DLH2,,A320",
+        "DLH2,xyz,A320,departure,09,C2,2026-05-12T06:05:00Z,",
+    ];
+    let before = ["", "# one", "# one\n\n", "\n\n\n", "# \"\n#\n\n# three\n#four"];
+    let mut found = Vec::new();
+    for end in ["\n", "\r\n"] {
+        for (first, second) in before.iter().flat_map(|a| before.map(|b| (a, b))) {
+            for bad in wrong {
+                let head = "callsign,address,type,movement,runway,stand,sobt,eldt";
+                let text = format!("{head}\n{first}\n{sound}\n{second}\n{bad}\n# end\n");
+                let due = 1 + text.lines().position(|l| l == bad).expect("there");
+                std::fs::write(&file, text.replace('\n', end)).expect("written");
+                let section = format!(
+                    "[[traffic]]\nkind = \"schedule\"\nfile = {:?}\n",
+                    file.display().to_string()
+                );
+                let told = loaded(&section).err().map(|e| e.to_string()).unwrap_or_default();
+                found.push((due, bad, told));
+            }
+        }
+    }
+    std::fs::remove_dir_all(&folder).expect("removed");
+    for (due, bad, told) in found {
+        assert!(told.contains(&format!("s.csv:{due}: ")), "{bad}: due {due}, {told}");
+    }
+}

@@ -1,8 +1,9 @@
 //! Arrivals: final, landing, exit and way to the stand.
 
 use super::closed::Closed;
+use super::drive::ROLL_JERK_MPS3;
 use super::failures::FailureKind;
-use super::landing::{Flare, ROLL_JERK_MPS3, STOPS_SHARE, final_mps2, off_speed_mps};
+use super::landing::{Flare, STOPS_SHARE, final_mps2, off_speed_mps};
 use super::plan::{LANDING_AHEAD_S, Others, Rivals, Start};
 use super::runway::arrival_gap_s;
 use super::tow::TOWED_OFF_S;

@@ -1,12 +1,14 @@
 //! One step along a way, under the authority.
 
-use super::landing::ROLL_JERK_MPS3;
 use super::{ASK_M, Core, Direction, Phase, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::traffic::profile::{stopping, stopping_speed_mps};
 use crate::traffic::tractrix;
 use crate::traffic::way::{Driving, Way};
+
+/// Brakes build up so fast in a landing roll, m/s³ (assumed).
+pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
 
 impl Core {
     /// One step along the way in use, under the authority.

@@ -1,6 +1,6 @@
 //! From the final to off the runway: final, go-around, landing roll and turn-off.
 
-use super::drive::Tick;
+use super::drive::{ROLL_JERK_MPS3, Tick};
 use super::failures::FailureKind;
 use super::{Core, Phase, SLOPE, Timing};
 use crate::control::clearance::ClearanceKind;
@@ -10,8 +10,6 @@ use crate::traffic::profile::{stopping, stopping_speed_mps};
 use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_airspeed_mps};
 use crate::traffic::way::{Driving, Roll, Way};
 
-/// Brakes build up so fast in a landing roll, m/s³ (assumed).
-pub(super) const ROLL_JERK_MPS3: f64 = 2.0;
 /// Height over the threshold, and at which a flare begins at the earliest, m, and the sink that is left at its end, m/s
 /// (traffic.md 2.6).
 const FLARE_M: f64 = 15.0;
