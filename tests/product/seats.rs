@@ -371,7 +371,7 @@ fn a_person_provokes_an_incursion_and_the_alert_is_raised_on_tracks() {
     let folder = Folder::new("seats-incursion");
     let scene = scene(&folder, "tower", "sees = \"tracks\"\ncontrollers = \"model\"");
     let text = std::fs::read_to_string(&scene).expect("the scene");
-    std::fs::write(&scene, text.replace("= 420", "= 900")).expect("a longer one");
+    std::fs::write(&scene, text.replace("= 480", "= 900")).expect("a longer one");
     let fly = |arguments: &[&str]| digest(&scene, arguments);
     let line = |frame: u64, action: &str, more: &str| {
         format!(
@@ -473,7 +473,7 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
     let scene = scene(&folder, "advice", "sees = \"truth\"\nadvice = true");
     let text = std::fs::read_to_string(&scene).expect("the scene");
     // Somebody has to be seen to wait before anybody is held: a busier one, and longer.
-    let text = text.replace("LZIB.apt.dat", "EGCC.nodes.csv").replace("_s = 420", "_s = 1800");
+    let text = text.replace("LZIB.apt.dat", "EGCC.nodes.csv").replace("_s = 480", "_s = 1800");
     std::fs::write(&scene, text.replace("departures_per_h = 30", "departures_per_h = 60"))
         .expect("a scene");
     let fly = |arguments: &[&str]| digest(&scene, arguments);
@@ -642,7 +642,7 @@ fn a_car_that_is_driven_gives_one_digest_in_every_layout_and_again_from_the_log(
         let path = scene(&folder, "driven", control);
         let text = std::fs::read_to_string(&path)
             .expect("the scene")
-            .replace("duration_s = 420", "duration_s = 120");
+            .replace("duration_s = 480", "duration_s = 120");
         let car = "[[traffic]]\nkind = \"driven\"\ncallsign = \"FOLLOW1\"\ntype = \"FOLLOWME\"\nstand = \"GA_Ramp_14\"\n[control]";
         std::fs::write(&path, text.replace("[control]", car)).expect("with a car");
         let fly = |arguments: &[&str]| {
