@@ -7,18 +7,12 @@ use models::control::departures::{Departures, Habits};
 use models::traffic::core::{Direction, Flight};
 
 impl Behaving {
-    /// The departure manager, where departures leave their stands by a sequence; first come, first served it has those alone who have
-    /// a slot to wait for.
+    /// The departure manager, where departures leave their stands by a sequence.
     #[must_use]
     pub fn departure_manager(&self) -> Option<Departures> {
         let icao = self.wake == Separation::Icao;
-        let habits = Habits { shift: self.shift.unwrap_or(0), icao, ..Habits::default() };
-        let mut departures = self.departing();
-        if self.shift.is_none() {
-            departures.retain(|d| d.ctot_s.is_some());
-        }
-        let any = self.shift.is_some() || !departures.is_empty();
-        any.then(|| Departures::new(habits, departures))
+        let habits = Habits { shift: self.shift?, icao, ..Habits::default() };
+        Some(Departures::new(habits, self.departing()))
     }
 
     /// The departures as their flight plans have them, for advice.

@@ -71,7 +71,7 @@ fn landings_leave_by_another_exit_where_departures_stand_in_theirs() {
 
 /// Three hours of a full schedule, 252 flights in the order that planning gives them: whoever is lined up or crosses waits for
 /// nobody who waits for him, also where taxiways run beside the ends of runways, and the runways are used so well that all
-/// are served within half an hour of the last one that is due; who has a slot that opens after the schedule, within half an hour of that.
+/// are served within half an hour of the last one that is due.
 #[test]
 fn three_full_hours_at_amsterdam_serve_everybody_without_a_ring_of_waiting() {
     let seed = 1;
@@ -83,18 +83,12 @@ fn three_full_hours_at_amsterdam_serve_everybody_without_a_ring_of_waiting() {
     let scene =
         scenarios::load_text(&base.join("hours.toml"), &text).unwrap_or_else(|e| panic!("{e}"));
     let behaving = scene.traffic.behaving.as_ref().expect("behaves");
-    let looks = Hour { seed, every: 40, drain_s: 3900.0, stopping: 0.0 };
+    let looks = Hour { seed, every: 40, drain_s: 1800.0, stopping: 0.0 };
     let step = &mut |core: &mut models::traffic::core::Core, frame| core.step(frame);
     let held = hour(behaving, &scene.run, &scene.airport.layout, &looks, step).expect("truth");
     assert_eq!(held.core.unexpected_deadlocks(), 0, "{seed}");
     assert_eq!(held.core.measures_of_served(), 252, "{seed}");
-    for (f, flight) in held.core.flights().iter().enumerate() {
-        let measures = held.core.measures(f);
-        let opens_s = flight.ctot_s.map_or(0.0, |ctot_s| ctot_s - 300.0);
-        let served_s = measures.atot_s.or(measures.aibt_s);
-        let by_s = opens_s.max(10_800.0) + 1800.0;
-        assert!(served_s.is_some_and(|t| t <= by_s), "{}: {served_s:?}", flight.callsign);
-    }
+    assert!(held.served_s.is_some_and(|t| t <= 12_600.0), "{seed}: {:?}", held.served_s);
     // What is seen every two seconds is held against what does not need every frame.
     for row in held.rows.iter().filter(|r| {
         ["overlaps", "gridlocks", "stuck", "holds", "runways", "wake"].contains(&r.name)
