@@ -8,6 +8,8 @@ use crate::time::SimTime;
 
 /// Positions kept per track: ten seconds and one more at a scan a second.
 const KEPT: usize = 12;
+/// Positions that are kept, but for the last one, are as far apart, s: all of them together reach ten seconds back at any scan.
+const APART_S: f64 = 0.92;
 /// Room for them: a power of two, so that a place is found by a mask.
 const ROOM: usize = 16;
 /// Noses kept: where it is and three before.
@@ -21,14 +23,15 @@ pub(super) const UNKNOWN_HALF_M: f64 = 4.0;
 /// Noise puts one who stands no farther than this beyond the anchor's distance, m (assumed).
 const STRAY_M: f64 = 10.0;
 
-/// Where a track was in its last scans, a column each: a scan looks at few of the times, at fewer of the places, and at the jumps only of
-/// who has jumped.
+/// Where a track was in its last scans (of scans shorter than [`APART_S`], in the last one and in some before), a column each: a scan looks
+/// at few of the times, at fewer of the places, and at the jumps only of who has jumped.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
     at: [SimTime; ROOM],
     place_m: [Point2<f64>; ROOM],
-    /// Of the last few only.
+    /// Of the last few scans only.
     nose_m: [Point2<f64>; NOSES],
+    noses: u8,
     /// What its jumps have moved it until then, m, and how long they took, s; empty before the first of them.
     jumps: Vec<(Vector2<f64>, f64)>,
     next: u8,
@@ -39,10 +42,10 @@ impl Places {
     fn none() -> Self {
         let (at, nowhere) = ([SimTime::ZERO; ROOM], Point2::origin());
         let (place_m, nose_m) = ([nowhere; ROOM], [nowhere; NOSES]);
-        Self { at, place_m, nose_m, jumps: Vec::new(), next: 0, kept: 0 }
+        Self { at, place_m, nose_m, noses: 0, jumps: Vec::new(), next: 0, kept: 0 }
     }
 
-    /// Index of the `n`-th latest, from 1 on; `n` is not above [`KEPT`].
+    /// Index of the `n`-th latest, from 1 on; `n` is not above what is kept.
     #[inline]
     fn back(&self, n: usize) -> usize {
         usize::from(self.next).wrapping_sub(n) % ROOM
@@ -57,7 +60,8 @@ impl Places {
 
     /// Where the nose was in the three scans before the last one, the latest first.
     pub(super) fn noses_before_m(&self) -> [Option<Point2<f64>>; 3] {
-        [2, 3, 4].map(|n| (n <= usize::from(self.kept)).then(|| self.nose_m[self.back(n) % NOSES]))
+        let kept = usize::from(self.noses);
+        [2, 3, 4].map(|n| (n <= kept).then(|| self.nose_m[(kept - n) % NOSES]))
     }
 
     /// Index of the latest that is as old as a look back goes: mostly the one of so many scans ago.
@@ -79,16 +83,27 @@ impl Places {
         nose_m: Point2<f64>,
         jumps: (Vector2<f64>, f64),
     ) {
+        // Of scans that are short the last place gives way, as long as it is not far enough from the one before it; as the last one may be
+        // near, two more are kept.
+        let short = self.kept >= 1 && now.since_s(self.latest(1).0) < APART_S;
+        let most = if short { KEPT + 2 } else { KEPT };
+        if self.kept >= 2 && self.latest(1).0.since_s(self.latest(2).0) < APART_S {
+            self.next = self.next.wrapping_sub(1);
+            self.kept -= 1;
+        }
         let next = usize::from(self.next) % ROOM;
         (self.at[next], self.place_m[next]) = (now, place_m);
-        self.nose_m[next % NOSES] = nose_m;
+        // Counts on in rounds of four.
+        self.nose_m[usize::from(self.noses) % NOSES] = nose_m;
+        self.noses =
+            if usize::from(self.noses) >= 2 * NOSES - 1 { NOSES as u8 } else { self.noses + 1 };
         // Until the first jump nothing has been moved by one.
         if jumps.1 > 0.0 {
             self.jumps.resize(ROOM, Default::default());
             self.jumps[next] = jumps;
         }
         self.next = self.next.wrapping_add(1);
-        self.kept = (self.kept + 1).min(KEPT as u8);
+        self.kept = (self.kept + 1).min(most as u8);
     }
 }
 
@@ -347,19 +362,35 @@ impl Memory {
 mod tests {
     use super::*;
 
-    /// The place of which a mean speed is taken is the latest that is old enough, however often there are scans.
+    /// The place of which a mean speed is taken is the latest that is old enough, however often there are scans; of scans that follow
+    /// each other within less than a second, one that is at most two seconds older.
     #[test]
     fn a_look_back_finds_the_latest_that_is_old_enough() {
-        for (step_s, seconds) in [(1.0, 3.0), (1.0, 10.0), (0.5, 3.0), (2.0, 3.0), (1.5, 10.0)] {
-            let mut places = Places::none();
-            for scan in 0..30_u32 {
-                let now = SimTime::from_s(f64::from(scan) * step_s);
-                let found = places.before(&Back::new(now, seconds)).map(|at| places.at[at]);
-                let old = (0..scan).rev().take(KEPT).map(|s| f64::from(s) * step_s);
-                let expected = old.into_iter().find(|s| now.s() - s >= seconds - 1e-9);
-                let expected = expected.map(SimTime::from_s);
-                assert_eq!(found, expected, "scan {scan}, {step_s} s apart, {seconds} s back");
-                places.keep(now, Point2::origin(), Point2::origin(), Default::default());
+        for step_s in [1.0, 2.0, 1.5, 4.0, 0.95, 0.9, 0.5, 0.25, 0.1, 0.03] {
+            for seconds in [3.0, 10.0] {
+                let mut places = Places::none();
+                for scan in 0..(30.0_f64 / step_s).max(30.0) as u32 {
+                    let now = SimTime::from_s(f64::from(scan) * step_s);
+                    let found = places.before(&Back::new(now, seconds)).map(|at| places.at[at]);
+                    let mut old = (0..scan).rev().map(|s| f64::from(s) * step_s);
+                    let latest = old.find(|s| now.s() - s >= seconds - 1e-9);
+                    let name = format!("scan {scan}, {step_s} s apart, {seconds} s back");
+                    assert_eq!(found.is_some(), latest.is_some(), "{name}");
+                    if let (Some(found), Some(latest)) = (found, latest) {
+                        let slack_s = if step_s < APART_S { 2.0 * APART_S } else { 1e-9 };
+                        let older_s = latest - found.s();
+                        assert!((-1e-9..=slack_s).contains(&older_s), "{name}: {older_s} s");
+                    }
+                    let here = Point2::new(now.s(), 0.0);
+                    places.keep(now, here, here, Default::default());
+                    // The last scan itself is there, and the noses are those of the scans before it.
+                    assert_eq!(places.latest(1), (now, here), "{name}");
+                    for (nose_m, back) in places.noses_before_m().into_iter().zip(1..) {
+                        let expected = (back <= scan).then(|| f64::from(scan - back) * step_s);
+                        let expected_m = expected.map(|s| Point2::new(SimTime::from_s(s).s(), 0.0));
+                        assert_eq!(nose_m, expected_m, "{name}: nose {back}");
+                    }
+                }
             }
         }
     }
