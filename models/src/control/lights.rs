@@ -75,8 +75,10 @@ pub fn switch(
             for bar in bars.iter_mut().filter(|bar| bar.runway == runway && bar.lit) {
                 let apart_m = |p: f64| (on_it(p) - on_it(bar.entry_m)).abs();
                 let here = c.place_m.is_none_or(|p| apart_m(p) <= SAME_ENTRY_M);
-                let waits =
-                    situation.is_none_or(|s| before_bar(s, bar, layout, now.since_s(c.from)));
+                // Of whom no track is known the bar is his for as long as one may be unused.
+                let cleared_s = now.since_s(c.from);
+                let waits = situation
+                    .map_or(cleared_s <= UNUSED_S, |s| before_bar(s, bar, layout, cleared_s));
                 bar.lit = !(here && waits);
             }
         }
@@ -162,4 +164,40 @@ fn before_bar(situation: &Situation, bar: &StopBar, layout: &Layout, cleared_s: 
     let passed = tail.max(nose) < line;
     let unused = nose >= line && cleared_s > UNUSED_S;
     !passed && !unused
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::clearance::Clearance;
+    use crate::control::layout::RunwayAxis;
+    use crate::frames::Point2;
+    use crate::plot::Callsign;
+
+    /// Of whom no track is known the bar is dark for a minute, and lit again when he has not used it.
+    #[test]
+    fn a_bar_that_is_not_used_for_a_minute_is_lit_again_without_a_track() {
+        let ends = [Point2::new(0.0, 0.0), Point2::new(0.0, 3000.0)];
+        let axis = RunwayAxis::new(["36".into(), "18".into()], ends, 45.0, 90.0);
+        let layout = Layout::new(axis.into_iter().collect());
+        let bar = StopBar { runway: 0, place_m: 0.0, across_m: None, entry_m: 0.0, lit: true };
+        let mut board = Board::default();
+        let callsign = Callsign::new("AAL1");
+        assert!(board.give(Clearance {
+            callsign,
+            kind: crate::control::clearance::ClearanceKind::LineUp,
+            runway: Some((0, Some(0))),
+            place_m: Some(0.0),
+            from: SimTime::from_s(10.0),
+            until: None,
+        }));
+        let mut bars = vec![bar];
+        for (at_s, lit) in [(5.0, true), (10.0, false), (69.0, false), (71.0, true), (200.0, true)]
+        {
+            let now = SimTime::from_s(at_s);
+            board.advance(now);
+            switch(&mut bars, &[], now, &layout, &board, &Surveillance::default());
+            assert_eq!(bars[0].lit, lit, "at {at_s} s");
+        }
+    }
 }
