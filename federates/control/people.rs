@@ -154,6 +154,9 @@ impl People {
         for w in wanted.iter().chain(asked.could) {
             self.known.insert(w.flight, w.group);
         }
+        // Who has taken off is told nothing on the ground any more.
+        self.known.retain(|flight, _| !picture.has_taken_off(*flight as usize));
+        self.held.retain(|flight| !picture.has_taken_off(*flight as usize));
         self.since.retain(|flight, (kind, _)| {
             let at = wanted.binary_search_by_key(flight, |w| w.flight);
             at.is_ok_and(|at| wanted[at].kind == *kind)
@@ -168,16 +171,20 @@ impl People {
             let done = match &input.order.action {
                 SeatAction::Decide { callsign, kind, accept } => {
                     let of = (callsign.as_str(), *kind, *accept);
-                    let decided = self.decided(at_s, &input, of, callsigns, advisor);
-                    decided.and_then(|(text, change)| {
-                        let says = change.advice().what.clearance().filter(|_| *accept);
-                        advised.push(change);
-                        let Some(clearance) = says else { return Ok((text, None)) };
-                        // Accepting it is saying it.
+                    let says = self.advised(at_s, &input, of, callsigns, advisor);
+                    // Accepting it is saying it; what cannot be said leaves the advice as it is.
+                    let said = says.and_then(|(flight, clearance)| {
+                        let Some(clearance) = clearance else { return Ok((flight, None)) };
                         let mut said = input.clone();
                         let callsign = callsign.clone();
                         said.order.action = SeatAction::Say { callsign, clearance };
-                        self.done(at_s, &said, asked, callsigns, actors)
+                        let said = self.done(at_s, &said, asked, callsigns, actors)?;
+                        Ok((flight, Some(said)))
+                    });
+                    said.and_then(|(flight, said)| {
+                        let (text, change) = decided(flight, of, advisor)?;
+                        advised.push(change);
+                        Ok(said.unwrap_or((text, None)))
                     })
                 }
                 SeatAction::WhatIf { callsign, change } => {
@@ -299,28 +306,26 @@ impl People {
         }
     }
 
-    /// Decides upon an advice for one's own seat: words, and what became of it.
-    fn decided(
+    /// The flight of an advice for one's own seat, and the clearance that accepting it is; `None` where it is none, or is so decided.
+    fn advised(
         &mut self,
         at_s: f64,
         input: &SeatInput,
         (callsign, kind, accept): (&str, Kind, bool),
         callsigns: &[String],
-        advisor: &mut Option<Advisor>,
-    ) -> Result<(String, advice::Change), String> {
+        advisor: &Option<Advisor>,
+    ) -> Result<(u32, Option<ClearanceKind>), String> {
         let seat = self.held_by(at_s, &input.order.seat, &input.order.person)?;
         let advisor =
-            advisor.as_mut().ok_or("this scene gives no advice: [control] advice = true")?;
+            advisor.as_ref().ok_or("this scene gives no advice: [control] advice = true")?;
         let flight = callsigns.iter().position(|c| c == callsign);
         let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))? as u32;
-        if let Some(other) = advisor.of(kind, flight).filter(|a| a.seat != seat) {
+        let advice = advisor.of(kind, flight);
+        if let Some(other) = advice.filter(|a| a.seat != seat) {
             return Err(format!("the advice for {callsign} is for {}", other.seat.name()));
         }
-        let decision = if accept { Decision::Accepted } else { Decision::Refused };
-        let change = advisor
-            .decide(kind, flight, decision, true)
-            .map_err(|why| format!("{callsign}: {why}"))?;
-        Ok((format!("{callsign}: {} {}", kind.word(), decision.word()), change))
+        let open = advice.filter(|a| accept && a.decision.0 != Decision::Accepted);
+        Ok((flight, open.and_then(|a| a.what.clearance())))
     }
 
     /// The seat of a name, where this person has it; he is heard of.
@@ -440,6 +445,19 @@ impl People {
         state["time_s"] = now_s.into();
         Some(state)
     }
+}
+
+/// Decides upon the advice of a flight: words, and what became of it.
+fn decided(
+    flight: u32,
+    (callsign, kind, accept): (&str, Kind, bool),
+    advisor: &mut Option<Advisor>,
+) -> Result<(String, advice::Change), String> {
+    let advisor = advisor.as_mut().ok_or("this scene gives no advice: [control] advice = true")?;
+    let decision = if accept { Decision::Accepted } else { Decision::Refused };
+    let change =
+        advisor.decide(kind, flight, decision, true).map_err(|why| format!("{callsign}: {why}"))?;
+    Ok((format!("{callsign}: {} {}", kind.word(), decision.word()), change))
 }
 
 #[cfg(test)]

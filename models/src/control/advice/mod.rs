@@ -19,7 +19,7 @@ use super::actors::{Given, Wanted};
 use super::clearance::{ClearanceKind, Strip};
 use crate::frames::Point2;
 use crate::plot::Callsign;
-use crate::traffic::ahead::{Flight, Known, stand_of};
+use crate::traffic::ahead::{Direction, Flight, Known, stand_of};
 use crate::traffic::network::Network;
 use crate::words::words;
 use stand_hold::StandHold;
@@ -253,6 +253,13 @@ pub struct Picture<'a> {
 }
 
 impl Picture<'_> {
+    /// Whether a flight has taken off here, as far as is known.
+    #[must_use]
+    pub fn has_taken_off(&self, flight: usize) -> bool {
+        self.flights.get(flight).is_some_and(|f| f.direction == Direction::Departure)
+            && self.strip(flight).is_some_and(|(_, strip)| strip.lifted_off.is_some())
+    }
+
     /// The strip of a flight, and its index on the board.
     fn strip(&self, flight: usize) -> Option<(u32, &Strip)> {
         let callsign = Callsign::new(&self.flights.get(flight)?.callsign);
@@ -417,7 +424,12 @@ impl Advisor {
                         || told.other != found.other
                         || told.what.clearance() != found.what.clearance();
                     if moved {
-                        *told = found.advice(told.id, told.since_s, told.decision);
+                        // What a person accepted when there was nothing to say yet is his to accept once there is.
+                        let waits = told.what.clearance().is_none()
+                            && told.decision == (Decision::Accepted, true);
+                        let opens = waits && found.what.clearance().is_some();
+                        let decision = if opens { (Decision::Open, false) } else { told.decision };
+                        *told = found.advice(told.id, told.since_s, decision);
                         changes.push(Change::Moved(told.clone()));
                     }
                 }
