@@ -354,6 +354,10 @@ impl Board {
         self.next_end = self.next_end.min(clearance.until.unwrap_or(NEVER));
         let Some(strip) = self.found_or_made(clearance.callsign) else { return };
         let (kind, runway) = (clearance.kind, clearance.runway.map(|r| r.0));
+        // Who is told to hold still rolls to a stop.
+        if kind == Hold && strip.standing.iter().any(|c| c.kind == Taxi) {
+            strip.moved_until = strip.moved_until.max(Some(clearance.from));
+        }
         strip.standing.retain(|c| {
             let same_runway = c.runway.map(|r| r.0) == runway || runway.is_none();
             let replaced = match kind {
@@ -426,6 +430,9 @@ mod tests {
             board.advance(SimTime::from_s(at_s));
             assert_eq!(words(&board), expected, "at {at_s} s");
         }
+        // Who was told to hold rolls to a stop: that he moves is explained.
+        let moved = board.strips()[board.find(Callsign::new("AAL1")).expect("there")].moved_until;
+        assert_eq!(moved, Some(SimTime::from_s(40.0)));
         board.end(Callsign::new("AAL1"), Land, Some(0), SimTime::from_s(80.0));
         board.advance(SimTime::from_s(80.0));
         assert_eq!((words(&board).as_str(), board.on_runways()), ("", &[][..]));

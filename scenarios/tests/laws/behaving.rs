@@ -166,6 +166,52 @@ fn with_notices_a_departure_waits_for_each_clearance() {
     assert!(others.iter().all(|f| core.measures(*f).aobt_s.is_none()), "nobody else was cleared");
 }
 
+/// Who is told to hold has that as a clearance until he is told to taxi, which stands again from then on; told twice it is one.
+#[test]
+fn holding_is_a_clearance_until_one_taxies_again() {
+    let scene = scene(XSYN, 4, 2400, 3, "planned");
+    let mut core = core_of(&scene);
+    let leaves = |f: &usize| core.flights()[*f].direction == Direction::Departure;
+    let flight = (0..core.flights().len()).find(leaves).expect("a departure");
+    let mut said = 0;
+    let mut tell = |core: &mut Core, order| {
+        said += 1;
+        let (source, sequence) = ("ground".to_owned(), said);
+        core.notice(Notice { effect_frame: 0, source, sequence, flight, order });
+    };
+    let (mut taxies_at, mut held_m) = (None, None);
+    for frame in 1..=scene.run.frames() as i64 {
+        core.step(frame);
+        if !core.clearances().iter().any(|c| c.flight == flight && c.kind == "TAX") {
+            continue;
+        }
+        let at = *taxies_at.get_or_insert(frame);
+        match frame - at {
+            100 | 140 => tell(&mut core, Order::Hold),
+            // Stands by now, and so it goes on to.
+            500 => held_m = core.state(flight).map(|s| s.position_m),
+            700 => {
+                let moved_m =
+                    (core.state(flight).expect("there").position_m - held_m.expect("there")).norm();
+                assert!(moved_m < 0.01, "{moved_m} m");
+                tell(&mut core, Order::Clear(models::control::clearance::ClearanceKind::Taxi));
+            }
+            _ => {}
+        }
+    }
+    let of: Vec<_> = core.clearances().iter().filter(|c| c.flight == flight).collect();
+    let all = |kind: &str| -> Vec<(f64, Option<f64>)> {
+        of.iter().filter(|c| c.kind == kind).map(|c| (c.from_s, c.until_s)).collect()
+    };
+    let (taxies, holds) = (all("TAX"), all("HLD"));
+    let ([(from_s, until_s), (again_s, _)], [(held_s, over_s)]) = (&taxies[..], &holds[..]) else {
+        panic!("{taxies:?} {holds:?}");
+    };
+    assert!((*until_s, *over_s) == (Some(*held_s), Some(*again_s)), "{taxies:?} {holds:?}");
+    assert!((held_s - from_s - 5.0).abs() < 0.2 && (again_s - held_s - 30.0).abs() < 0.2);
+    assert!(core.measures(flight).atot_s.is_some(), "{:?}", core.phase(flight));
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits() {
     let scene = scene(XSYN, 15, 1800, 5, "planned");

@@ -166,8 +166,9 @@ impl Core {
                     if self.movers[m].wants == Some(kind) {
                         self.movers[m].wants = None;
                     }
-                    if kind == ClearanceKind::Taxi {
+                    if kind == ClearanceKind::Taxi && self.movers[m].holds {
                         self.movers[m].holds = false;
+                        self.taxies_again(m);
                     }
                 }
                 Order::Revoke(kind) => {
@@ -176,13 +177,33 @@ impl Core {
                         self.cancel_take_off(m);
                     }
                 }
-                Order::Hold => self.movers[m].holds = true,
+                Order::Hold if self.movers[m].holds => {}
+                Order::Hold => {
+                    self.movers[m].holds = true;
+                    self.end_clearance(m, "TAX");
+                    self.clear(m, "HLD", String::new());
+                }
                 Order::Stop(for_s) => {
                     let until = now + for_s.max(0.0);
                     self.movers[m].stopped_until_s = self.movers[m].stopped_until_s.max(until);
                 }
             }
             self.movers[m].refused_at = None;
+        }
+    }
+
+    /// Who held may taxi on: what that ended stands again.
+    fn taxies_again(&mut self, m: usize) {
+        let flight = self.movers[m].flight;
+        let of = |kind: &str| {
+            let mut latest = self.clearances.iter().rev();
+            latest.find(|c| c.flight == flight && c.kind == kind).map(|c| (c.from_s, c.until_s))
+        };
+        let (held, taxied) = (of("HLD"), of("TAX"));
+        self.end_clearance(m, "HLD");
+        let held_from_s = held.map(|(from_s, _)| from_s);
+        if held_from_s.is_some() && taxied.is_some_and(|(_, until_s)| until_s == held_from_s) {
+            self.clear(m, "TAX", String::new());
         }
     }
 
