@@ -102,6 +102,36 @@ pub fn scored(
     Ok(AlertReport::of(title, notes, reference, found, (hours, movements)))
 }
 
+/// So many are watched at once: numbers of tracks are 0 to 4095.
+const MOST_TARGETS: u16 = 4096;
+
+/// Numbers of those who are there: of who has gone they are free again.
+#[derive(Default)]
+struct Numbers {
+    of: BTreeMap<i64, u16>,
+    /// Had by somebody at some time.
+    had: BTreeSet<u16>,
+}
+
+impl Numbers {
+    /// The number of an entity, and whether it is another one's no more; of more at once than there are numbers some have none.
+    fn of(&mut self, entity: i64) -> Option<(u16, bool)> {
+        if let Some(number) = self.of.get(&entity) {
+            return Some((*number, false));
+        }
+        let taken: BTreeSet<u16> = self.of.values().copied().collect();
+        let number = (0..MOST_TARGETS).find(|number| !taken.contains(number))?;
+        self.of.insert(entity, number);
+        Some((number, !self.had.insert(number)))
+    }
+
+    /// Forgets all but those of a scan.
+    fn keep(&mut self, targets: &[Target]) {
+        let there: BTreeSet<u16> = targets.iter().map(|t| t.number).collect();
+        self.of.retain(|_, number| there.contains(number));
+    }
+}
+
 /// What moves counts as a movement from this speed on, m/s.
 const MOVES_MPS: f64 = 1.0;
 
@@ -109,7 +139,15 @@ const MOVES_MPS: f64 = 1.0;
 fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, u32)> {
     let layout = &scene.airport.layout;
     let layout = Layout::of(layout).with_network(&Network::of(layout));
-    let mut net = SafetyNet::new(layout, Parameters::default());
+    // Without error, by the thresholds of the run.
+    let (strip_margin_m, bar_margin_m) = (scene.control.strip_margin_m, scene.control.bar_margin_m);
+    let parameters = Parameters { strip_margin_m, bar_margin_m, ..Parameters::default() };
+    let mut net = SafetyNet::new(layout, parameters);
+    let visibilities = scene.visibility_m();
+    let visibility_m = |now: SimTime| {
+        let until = visibilities.partition_point(|(from, _)| *from <= now);
+        until.checked_sub(1).map_or(f64::INFINITY, |last| visibilities[last].1)
+    };
     let mut arrivals =
         database.prepare("SELECT callsign FROM flights WHERE movement = 'arrival'")?;
     let arrivals: BTreeSet<String> =
@@ -119,7 +157,7 @@ fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, 
          FROM scans LEFT JOIN truth USING (scan) ORDER BY scan, entity",
     )?;
     let mut rows = query.query([])?;
-    let (mut numbers, mut moved) = (BTreeMap::new(), BTreeSet::new());
+    let (mut numbers, mut moved) = (Numbers::default(), BTreeSet::new());
     let mut told: BTreeMap<u32, Told> = BTreeMap::new();
     let (mut at, mut targets): (Option<SimTime>, Vec<Target>) = (None, Vec::new());
     loop {
@@ -127,14 +165,14 @@ fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, 
         let time = row.map(|row| row.get(0)).transpose()?.map(SimTime);
         if let Some(now) = at.filter(|now| time != Some(*now)) {
             targets.sort_by_key(|t| t.number);
-            judge(&mut net, now, &targets, &mut told);
+            judge(&mut net, now, &targets, visibility_m(now), &mut told);
+            numbers.keep(&targets);
             targets.clear();
         }
         let (Some(row), Some(now)) = (row, time) else { break };
         at = Some(now);
         let Some(entity) = row.get::<_, Option<i64>>(1)? else { continue };
-        let next = numbers.len().min(usize::from(u16::MAX)) as u16;
-        let number = *numbers.entry(entity).or_insert(next);
+        let Some((number, first)) = numbers.of(entity) else { continue };
         let callsign: String = row.get::<_, Option<String>>(2)?.unwrap_or_default();
         let velocity_mps = Vector2::new(row.get(6)?, row.get(7)?);
         let is_aircraft = row.get::<_, Option<i64>>(9)? == Some(1);
@@ -151,16 +189,23 @@ fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, 
             velocity_mps,
             altitude_m: row.get(5)?,
             last_plot: now,
-            first: false,
+            first,
         });
     }
     Ok((told.into_values().collect(), moved.len() as u32))
 }
 
 /// One scan of exact states: what is raised, how near its subjects are, what ends.
-fn judge(net: &mut SafetyNet, now: SimTime, targets: &[Target], told: &mut BTreeMap<u32, Told>) {
-    let board = Board::default();
-    let scan = Scan { now, targets, board: &board, bars: &[], areas: &[], low_visibility: false };
+fn judge(
+    net: &mut SafetyNet,
+    now: SimTime,
+    targets: &[Target],
+    visibility_m: f64,
+    told: &mut BTreeMap<u32, Told>,
+) {
+    let (board, areas) = (Board::default(), net.layout().areas.clone());
+    let low_visibility = net.parameters().is_low(visibility_m);
+    let scan = Scan { now, targets, board: &board, bars: &[], areas: &areas, low_visibility };
     let changes = net.scan(&scan);
     for (change, alert) in changes.iter().filter(|(_, a)| !a.condition.kind.is_about_clearances()) {
         let one = told.entry(alert.id).or_insert_with(|| Told {
@@ -180,5 +225,39 @@ fn judge(net: &mut SafetyNet, now: SimTime, targets: &[Target], told: &mut BTree
     let places: Vec<(&str, Point2<f64>)> = places.iter().map(|(c, at)| (c.as_str(), *at)).collect();
     for one in told.values_mut().filter(|one| one.end_s.is_infinite()) {
         one.look(now.s(), &places);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten thousand entities, a thousand at a time: each has a number of its own while it is there, and is said to be another one.
+    #[test]
+    fn numbers_of_who_has_gone_are_given_again() {
+        let mut numbers = Numbers::default();
+        for group in 0..10_i64 {
+            let mut targets = Vec::new();
+            for entity in 1000 * group..1000 * (group + 1) {
+                let (number, first) = numbers.of(entity).expect("a number");
+                assert_eq!((first, numbers.of(entity)), (group > 0, Some((number, false))));
+                targets.push(Target {
+                    number,
+                    callsign: None,
+                    class: TargetClass::Vehicle,
+                    arriving: false,
+                    length_m: 5.0,
+                    position_m: Point2::origin(),
+                    velocity_mps: Vector2::zeros(),
+                    altitude_m: None,
+                    last_plot: SimTime::ZERO,
+                    first,
+                });
+            }
+            let own: BTreeSet<u16> = targets.iter().map(|t| t.number).collect();
+            assert!(own.len() == 1000 && own.iter().all(|n| *n < MOST_TARGETS));
+            // The next ones come while these are still there.
+            numbers.keep(&targets);
+        }
     }
 }
