@@ -110,6 +110,10 @@ fn inputs_of_another_run_come_in_their_frames_with_their_numbers() {
             .collect();
         assert_eq!(frames, [(40, 1), (90, 2)]);
     }
+    // Where they have a seat, who asks for it again later is heard again, when it may be free.
+    let later = door.ask(order("ground", "ben", SeatAction::Take), 0);
+    let again = door.ask(order("ground", "ben", SeatAction::Take), 0);
+    assert!(later.number > 0 && again.number > later.number, "{later:?} {again:?}");
     for (text, why) in [
         ("{\"frame\":1}", "inputs.jsonl:1: missing field `seat`"),
         (&line.replace("take", "fly"), "inputs.jsonl:1: there is no action \"fly\""),
