@@ -536,5 +536,13 @@ mod tests {
         scan(&mut advisor, 5.0, &[gap(false)]);
         let decision = advisor.of(Kind::Gap, 7).map(|a| a.decision);
         assert_eq!(decision, Some((Decision::Refused, true)));
+        // What was accepted before there was anything to say is open again when there is, once.
+        assert_eq!(decide(&mut advisor, Kind::Gap, Decision::Accepted), Ok("decided"));
+        scan(&mut advisor, 6.0, &[gap(true)]);
+        let decision = advisor.of(Kind::Gap, 7).map(|a| a.decision);
+        assert_eq!(decision, Some((Decision::Open, false)));
+        assert_eq!(decide(&mut advisor, Kind::Gap, Decision::Accepted), Ok("decided"));
+        scan(&mut advisor, 7.0, &[gap(true)]);
+        assert!(decide(&mut advisor, Kind::Gap, Decision::Accepted).is_err(), "said already");
     }
 }
