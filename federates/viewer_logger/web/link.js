@@ -1,6 +1,6 @@
 // The WebSocket to the viewer: reconnects by itself and says when nothing is heard.
 
-import { readLocal } from "./local.js";
+import { person } from "./local.js";
 
 const SILENT_MS = 3500; // the server says something at least once a second
 const RETRY_MS = [300, 600, 1200, 2500, 5000];
@@ -54,7 +54,7 @@ export class Link {
   }
 
   #open() {
-    const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket?person=${encodeURIComponent(readLocal("person") ?? "")}${location.pathname === "/eye" ? "&eye=true" : ""}`);
+    const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket?person=${encodeURIComponent(person())}${location.pathname === "/eye" ? "&eye=true" : ""}`);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     socket.onopen = () => {

@@ -1,7 +1,7 @@
 // A person at controllers' seats: what the run says of them, and what can be said to whom. The state is pure; the panel is in
 // `panels/seats.js`, what is typed in `meant.js` and `command.js`.
 
-import { readLocal, keepLocal } from "./local.js";
+import { nameAs, person } from "./local.js";
 
 /** Kinds of clearances that people can say in a run. */
 export const KINDS_SAID = ["PSH", "TAX", "CRO", "LUP", "TOF", "LND", "HLD", "GOA"];
@@ -71,8 +71,8 @@ export class Seats {
   /** `link` carries what is done; `changed()` is called when something else is to be shown. */
   constructor(link, changed) {
     Object.assign(this, { link, changed });
-    this.person = readLocal("person") || `page-${Math.floor(Math.random() * 65536).toString(16).padStart(4, "0")}`;
-    keepLocal("person", this.person);
+    nameAs(person());
+    this.person = person();
     setInterval(() => {
       for (const seat of this.own()) this.link.send({ type: "seat", id: 0, seat, person: this.person, action: "here" });
     }, HERE_MS);
@@ -94,7 +94,7 @@ export class Seats {
     const sound = name.replace(/[^A-Za-z0-9._@ -]/g, "").trim().slice(0, MOST_NAME);
     if (!sound || this.own().length) return;
     this.person = sound;
-    keepLocal("person", sound);
+    nameAs(sound);
     this.link.send({ type: "person", person: sound });
   }
 

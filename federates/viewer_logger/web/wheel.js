@@ -1,6 +1,6 @@
 // Driving by hand: what keys and gamepad ask for, when it is said, and where a mover is between two messages. No DOM but the gamepads.
 
-import { readLocal } from "./local.js";
+import { person } from "./local.js";
 
 /** What each key does: keys of the event, word of the wish, line of the help. */
 export const KEYS = [
@@ -65,7 +65,7 @@ export class Wheel {
   }
 
   get person() {
-    return readLocal("person") || "page";
+    return person();
   }
 
   take(state) {
