@@ -147,23 +147,27 @@ fn text(
         out,
         "# {name}, made by `seeds scene new`. Keys: docs/scene.md or `seeds scene doc`.\n"
     );
+    let title =
+        if traffic.contains("\"generated\"") { "generated traffic" } else { "nobody moves" };
+    // Whatever is in the name of a file is the same in TOML.
+    let quoted = |text: &str| toml_edit::Value::from(text).to_string();
     let range_m = (reach_m * 1.3 + 500.0).clamp(1000.0, 5500.0).round();
     let _ = write!(
         out,
-        "[run]\ntitle = \"{name}: {}\"\nseed = 1                        # another number: other draws\n\
+        "[run]\ntitle = {}\nseed = 1                        # another number: other draws\n\
          start = 2026-01-01T06:00:00Z\nduration_s = {}\n\
          # Truth of the log and of others within 0.1 m: `seeds traffic check` judges speeds and accelerations by it.\n\
          dead_reckoning = {{ algorithm = \"rvw\", position_m = 0.1, orientation_deg = 0.5 }}\n\n\
-         [airport]\nlayout = {:?}\n",
-        if traffic.contains("\"generated\"") { "generated traffic" } else { "nobody moves" },
+         [airport]\nlayout = {}\n",
+        quoted(&format!("{name}: {title}")),
         60.0 * wanted.minutes,
-        wanted.layout,
+        quoted(&wanted.layout),
     );
     if let Some(network) = network {
-        let _ = writeln!(out, "ground_network = {network:?}   # ways of taxiing and gates");
+        let _ = writeln!(out, "ground_network = {}   # ways of taxiing and gates", quoted(network));
     }
     if let Some(overlay) = overlay_beside(wanted) {
-        let _ = writeln!(out, "overlay = {overlay:?}   # what these files lack");
+        let _ = writeln!(out, "overlay = {}   # what these files lack", quoted(&overlay));
     }
     let _ = write!(
         out,

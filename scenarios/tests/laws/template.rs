@@ -40,6 +40,29 @@ fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
     assert_eq!(layout_of("XXXX"), None);
 }
 
+/// A file may have any name: what is made of it is read, and says that name.
+#[test]
+fn a_layout_of_any_name_makes_a_scene_that_is_read() {
+    let folder = std::env::temp_dir().join(format!("seeds-names-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("airports/XSYN.apt.dat");
+    for name in
+        ["the \"old\" one", "back\\slash", "Zürich Flughafen", "it's", "tab\there", "a#b = [c]"]
+    {
+        let layout = folder.join(format!("{name}.apt.dat"));
+        std::fs::copy(&shipped, &layout).expect("copied");
+        let wanted = Wanted {
+            layout: layout.display().to_string(),
+            path: folder.join("made.toml"),
+            minutes: 5.0,
+            per_h: 10.0,
+        };
+        let (text, made) = scene(&wanted).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(made.run.title.starts_with(name), "{name}: {text}");
+    }
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
 /// A runway and nothing else: who made the file is told why nobody moves in its scene.
 #[test]
 fn a_scene_of_an_airport_without_ways_says_why_nobody_moves() {
