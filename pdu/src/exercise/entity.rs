@@ -162,12 +162,19 @@ impl Entity {
             motion.algorithm = DeadReckoningAlgorithm::STATIC;
         }
         let place = self.states.partition_point(|s| s.valid.time_ns <= valid.time_ns);
-        if place == self.states.len() || self.states.len() < limits.states {
-            self.states.insert(place, State { valid, motion, frozen });
-        }
+        self.states.insert(place, State { valid, motion, frozen });
         if self.states.len() > limits.states.max(1) {
-            self.states.remove(0);
+            self.states.remove(self.spare());
         }
+    }
+
+    /// The state that is missed least: whose neighbours are nearest to each other, the older of two. The first and the last stay, so
+    /// that the whole time since [`Self::forget_before`] can be asked for, and with `n` states kept of `s` seconds no gap that this leaves is
+    /// longer than `2 s / (n − 1)`.
+    fn spare(&self) -> usize {
+        let gap_ns = |(a, b): (&State, &State)| b.valid.time_ns.saturating_sub(a.valid.time_ns);
+        let inner = self.states.iter().zip(self.states.iter().skip(2)).map(gap_ns).enumerate();
+        inner.min_by_key(|(_, gap_ns)| *gap_ns).map_or(0, |(index, _)| index + 1)
     }
 
     /// Forgets a transponder that does not say any more that it is on, by both clocks of the receiver; a sender whose time stands says

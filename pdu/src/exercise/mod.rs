@@ -71,7 +71,7 @@ impl Arrival {
 pub struct Limits {
     /// Entities kept.
     pub entities: usize,
-    /// States kept of one entity.
+    /// States kept of one entity: of more, those that are spread most evenly.
     pub states: usize,
     /// An entity that is silent so long by its sender's clock is gone, s.
     pub silence_s: f64,

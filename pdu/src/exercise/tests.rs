@@ -401,6 +401,49 @@ fn a_flood_finds_its_bound() {
     assert_eq!(exercise.entities.len(), 0);
 }
 
+/// Whoever asks at the end of a scan asks for all of it. A sender that says more states than are kept is found at every time of it, and
+/// what dead reckoning is wrong by follows from the time between those that are kept: at most 2 s / 63 in a second.
+#[test]
+fn more_states_than_are_kept_leave_the_whole_scan() {
+    const TURN_RAD_S: f64 = 0.5;
+    const SPEED_MPS: f64 = 20.0;
+    let motion = |t_s: f64| {
+        let (sin, cos) = libm::sincos(TURN_RAD_S * t_s);
+        [SPEED_MPS / TURN_RAD_S * sin, SPEED_MPS * cos]
+    };
+    for (scan_s, rate_hz, late) in [
+        (1, 20, false),
+        (1, 100, false),
+        (1, 200, true),
+        (1, 1000, false),
+        (4, 20, false),
+        (4, 250, true),
+    ] {
+        let mut exercise = Exercise::new(1);
+        let count = i64::from(scan_s * rate_hz);
+        let ns = |n: i64| n * SECOND / i64::from(rate_hz);
+        for n in 0..=count {
+            // Every second one is overtaken by the next.
+            let sent = if late && n < count { n ^ 1 } else { n };
+            let [x_m, speed_mps] = motion(ns(sent) as f64 * 1e-9);
+            let stamp = DisTime::absolute((START_NS + ns(sent)) as u64);
+            let arrival = Arrival::in_real_time(START_NS + ns(n.max(sent)));
+            exercise.feed(&arrival, &datagram(stamp, &moving(x_m, speed_mps, 0)));
+        }
+        assert!(exercise.entity(ID).expect("known").states() <= 64);
+        let between_s = f64::from(scan_s) * 2.0 / 63.0 + 1.0 / f64::from(rate_hz);
+        let bound_m = SPEED_MPS * TURN_RAD_S * between_s * between_s / 2.0 + 0.001;
+        for n in 0..=500 {
+            // Times of the clock of DIS are whole to 1.7 µs.
+            let at_ns = i64::from(scan_s) * SECOND * n / 500 + 2_000;
+            let x_m = x_at(&exercise, START_NS + at_ns);
+            let case = format!("{scan_s} s, {rate_hz} Hz, at {at_ns} ns");
+            let off_m = x_m.map(|x_m| (x_m - motion(at_ns as f64 * 1e-9)[0]).abs());
+            assert!(off_m.is_some_and(|off_m| off_m <= bound_m), "{case}: {off_m:?}, {bound_m}");
+        }
+    }
+}
+
 #[test]
 fn what_an_announcer_sends_an_exercise_understands() {
     let mut ours = Announcer::new(1, Thresholds { distance_m: 0.5, ..Thresholds::default() });
