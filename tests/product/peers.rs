@@ -338,6 +338,15 @@ fn in_python(folder: &Folder) {
     client_tests("test_log.py", &[("SEEDS_LOG", &log), ("SEEDS_OUT", &out)], &python);
 }
 
+/// Which versions of the messages the client takes: without a run.
+#[test]
+fn the_python_client_takes_a_run_that_speaks_its_version_among_others() {
+    let Some(python) = python("unittest") else {
+        return skipped("python3", "apt-get install python3");
+    };
+    client_tests("test_version.py", &[], &python);
+}
+
 /// The public interface, seen by the Python client: every scan, values of the database, commands, garbage.
 #[test]
 fn the_python_client_sees_and_commands_a_run() {

@@ -89,11 +89,13 @@ class Run:
             raise
 
     def _check_version(self, exercise: int) -> None:
-        for body in self._ask(f"seeds-v$*/{exercise}/state", b""):
-            name = str(body.get("schema", ""))
-            if name == f"seeds.state/{VERSION}":
-                return
-            raise VersionMismatch(f"the run speaks {name}, this client seeds.state/{VERSION}: install the other one")
+        # A run may serve two versions beside each other; answers come in any order.
+        names = {str(body.get("schema", "")) for body in self._ask(f"seeds-v$*/{exercise}/state", b"")}
+        if f"seeds.state/{VERSION}" in names:
+            return
+        if names:
+            said = ", ".join(sorted(names))
+            raise VersionMismatch(f"the run speaks {said}, this client seeds.state/{VERSION}: install the other one")
         raise Disconnected(f"{self._endpoint} answers, but knows no exercise {exercise} with seeds.state/{VERSION}")
 
     def _ask(self, key: str, payload: bytes, timeout_s: float = 3.0) -> List[Dict[str, Any]]:
