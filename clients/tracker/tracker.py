@@ -12,6 +12,7 @@ import socket
 import struct
 
 SAC, SIC = 77, 9
+DAY_S = 86_400
 # Items of category 010 in the order of its profile: octets, "x" (ends by its extension bit) or ("n", octets of a repetition).
 PROFILE = [
     ("010", 2), ("000", 1), ("020", "x"), ("140", 3), ("041", 8), ("040", 4), ("042", 4),
@@ -127,6 +128,34 @@ class Tracker:
         return [bytes([62]) + struct.pack(">H", 3 + len(b)) + b for b in blocks]
 
 
+class Listener:
+    """Datagrams in, blocks of tracks out."""
+
+    def __init__(self):
+        self.tracker, self.count, self.latest = Tracker(), 0, None
+
+    def seconds(self, of_day):
+        """A time of day as seconds that go on over midnight: the nearest to the latest that was heard, which may be of the day before."""
+        if self.latest is None:
+            self.latest = of_day
+        time = self.latest + (of_day - self.latest + DAY_S / 2) % DAY_S - DAY_S / 2
+        self.latest = max(self.latest, time)
+        return time
+
+    def take(self, datagram):
+        tracker, found = self.tracker, []
+        for items in records(datagram):
+            time = self.seconds(int.from_bytes(items["140"], "big") / 128)
+            if items["000"][0] == 2 and time != tracker.cycle:
+                tracker.cycle = time
+                found += tracker.publish(time)
+            elif items["000"][0] == 1 and "042" in items:
+                x, y = struct.unpack(">hh", items["042"])
+                tracker.plot(time, float(x), float(y))
+                self.count += 1
+        return found
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     arguments.add_argument("--in", dest="source", default="239.9.1.1:8600", type=address)
@@ -144,24 +173,16 @@ def main():
     hear.settimeout(given.seconds)
     say = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     say.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(given.interface))
-    tracker, count = Tracker(), 0
+    listener = Listener()
     print("listening", flush=True)
     while True:
         try:
             datagram = hear.recv(65535)
         except socket.timeout:
             break
-        for items in records(datagram):
-            time = int.from_bytes(items["140"], "big") / 128
-            if items["000"][0] == 2 and time != tracker.cycle:
-                tracker.cycle = time
-                for block in tracker.publish(time):
-                    say.sendto(block, given.to)
-            elif items["000"][0] == 1 and "042" in items:
-                x, y = struct.unpack(">hh", items["042"])
-                tracker.plot(time, float(x), float(y))
-                count += 1
-    print(f"{count} plots, {tracker.next} tracks")
+        for block in listener.take(datagram):
+            say.sendto(block, given.to)
+    print(f"{listener.count} plots, {listener.tracker.next} tracks")
 
 
 if __name__ == "__main__":

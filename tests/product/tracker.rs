@@ -51,6 +51,18 @@ fn a_tracker_in_python_is_fed_recorded_and_scored() {
     println!("{said}{table}");
 }
 
+/// Times of day that begin anew at midnight: without a run.
+#[test]
+fn the_small_tracker_goes_on_at_midnight() {
+    let mut command = Command::new("python3");
+    command.args(["-m", "unittest", "test_tracker.py"]);
+    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/clients/tracker"));
+    match command.env("PYTHONDONTWRITEBYTECODE", "1").output() {
+        Ok(output) => assert!(output.status.success(), "{}", stderr(&output)),
+        Err(_) => println!("SKIPPED: python3 is not installed (apt-get install python3)"),
+    }
+}
+
 fn flags(ports: &Ports) -> String {
     format!("--dis {} --sync-listen {} --page {}", ports.dis, ports.sync, ports.page)
 }
