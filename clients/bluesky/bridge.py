@@ -60,7 +60,7 @@ def move_speed_kt(row, altitude_m):
 
 def metres(a, b):
     """Distance of two places (degrees) near each other."""
-    north, east = (a[0] - b[0]) * 111_194.9, (a[1] - b[1]) * 111_194.9 * math.cos(math.radians(a[0]))
+    north, east = (a[0] - b[0]) * 111_194.9, handover.east_deg(a[1] - b[1]) * 111_194.9 * math.cos(math.radians(a[0]))
     return math.hypot(north, east)
 
 

@@ -17,6 +17,11 @@ CLIMBS_MPS = 1.0
 MADE_ADDRESS = 0xF40000  # theirs have none of their own
 
 
+def east_deg(degrees):
+    """A difference of longitudes, or a longitude, within half a turn."""
+    return (degrees + 180.0) % 360.0 - 180.0
+
+
 class Asked:
     """One who changes hands."""
 
@@ -106,7 +111,7 @@ class Handover:
         (lat, lon), _, (east, north, _), at = entity.sent
         speed2 = east * east + north * north
         if speed2 > 900.0:
-            dy, dx = (row["lat_deg"] - lat) * 111_194.9, (row["lon_deg"] - lon) * 111_194.9 * math.cos(math.radians(lat))
+            dy, dx = (row["lat_deg"] - lat) * 111_194.9, east_deg(row["lon_deg"] - lon) * 111_194.9 * math.cos(math.radians(lat))
             self.clock.placed(time_s, at + (dx * east + dy * north) / speed2 / self.clock.rate)
 
     def on_handovers(self, body):
@@ -125,7 +130,7 @@ class Handover:
         if self.bridge.phase != "RUNNING" or self.reference is None or name in self.handing or now < self.retry_at.get(name, 0.0):
             return
         north = (place[0] - self.reference[0]) * 111_194.9
-        east = (place[1] - self.reference[1]) * 111_194.9 * math.cos(math.radians(place[0]))
+        east = east_deg(place[1] - self.reference[1]) * 111_194.9 * math.cos(math.radians(place[0]))
         height_m = alt - self.bridge.arguments.elevation
         near = math.hypot(north, east) <= self.limits["capture_nm"] * NM_M and height_m <= self.limits["capture_ft"] * FT_M
         if not near or vs > -0.5 or name in self.released:
@@ -138,7 +143,7 @@ class Handover:
                 return
         address = self.address(name)
         body = {
-            "command": "give", "callsign": name, "type": self.bridge.types.get(name) or self.bridge.arguments.type, "lat_deg": place[0], "lon_deg": place[1],
+            "command": "give", "callsign": name, "type": self.bridge.types.get(name) or self.bridge.arguments.type, "lat_deg": place[0], "lon_deg": east_deg(place[1]),
             "height_m": alt, "vx_ms": gs * math.sin(track), "vy_ms": gs * math.cos(track), "vz_ms": vs,
             "address": f"{address:06x}" if address else None,
         }
@@ -204,7 +209,7 @@ class Handover:
             lat, height = lat + vy * since / 111_194.9, height + vz * since
             cos = 111_194.9 * math.cos(math.radians(lat))
             lon += vx * since / cos
-            let_go["offset"] = ((lon - place[1]) * cos, (lat - place[0]) * 111_194.9, height - alt)
+            let_go["offset"] = (east_deg(lon - place[1]) * cos, (lat - place[0]) * 111_194.9, height - alt)
             let_go["rate"] = (vx - velocity[0], vy - velocity[1], vz - velocity[2])
             let_go["from"] = now
         x = min((now - let_go["from"]) * self.clock.rate / BLEND_S, 1.0)

@@ -172,6 +172,74 @@ class Headings(unittest.TestCase):
                     self.points(heading_deg, place)
 
 
+class Meridians(unittest.TestCase):
+    """All is the same at the meridian of 180° as anywhere else."""
+
+    LAT = -17.7
+
+    def at(self, meridian):
+        arguments = bridge.parser().parse_args(["--dis", "127.0.0.1:9"])
+        wire = types.SimpleNamespace(nodes=[], command=lambda *_: None)
+        with unittest.mock.patch.object(bridge, "connected", return_value=wire):
+            made = bridge.Bridge(arguments)
+        self.addCleanup(made.socket.close)
+        limits = {"capture_nm": 5.0, "capture_ft": 1500.0, "release_ft": 1000.0}
+        with unittest.mock.patch.object(bridge.handover.threading, "Thread"):
+            made.handover = bridge.handover.Handover(made, limits)
+        made.phase, made.rate = "RUNNING", 1.0
+        made.types = {"BSK1": "A320"}
+        made.pace = lambda: 1.0
+        made.handover.on_state({"reference_lat_deg": self.LAT, "reference_lon_deg": self.degrees(meridian, 0.004)})
+        return made
+
+    @staticmethod
+    def degrees(meridian, east):
+        return (meridian + east + 180.0) % 360.0 - 180.0
+
+    def story(self, meridian):
+        """What one of theirs that comes over a meridian from the west makes, told in degrees from the meridian."""
+        made, sent, placed = self.at(meridian), [], []
+        east = lambda lon: round((lon - meridian + 180.0) % 360.0 - 180.0, 9)
+        made.send = lambda octets: None
+        made.pdu = lambda name, entity, row, gone=False: sent.append((name, round(row[0], 9), east(row[1]), round(row[2], 6), gone))
+        made.clock.placed = lambda time_s, at: placed.append((time_s, round(at, 6)))
+        cos = 111_194.9 * math.cos(math.radians(self.LAT))
+        far = bridge.metres((self.LAT, self.degrees(meridian, 0.001)), (self.LAT, self.degrees(meridian, -0.001)))
+        for n in range(20):
+            place = (self.LAT, self.degrees(meridian, (n - 10) * 10.0 / cos))
+            made.visit("BSK1", place, 200.0, 50.0, math.pi / 2, -2.0, 100.0 + 0.2 * n, 5.0 + 0.2 * n, 0.05)
+        made.types["BSK3"] = "A320"
+        made.handover.wanted("BSK3", (self.LAT, meridian + 0.0001), 200.0, 50.0, math.pi / 2, -2.0, 104.0)
+        asks = [(name, body) for name, _, body in iter_queue(made.handover.asks)]
+        self.assertTrue(all(-180.0 <= body["lon_deg"] <= 180.0 for _, body in asks), asks)
+        asked = [(name, body["command"], east(body["lon_deg"])) for name, body in asks]
+        row = {"lat_deg": self.LAT, "lon_deg": self.degrees(meridian, -0.0005)}
+        entity = types.SimpleNamespace(sent=((self.LAT, self.degrees(meridian, 0.0005)), 0.0, (50.0, 0.0, 0.0), 7.0))
+        made.handover._calibrate(row, entity, 30.0)
+        last = ((self.LAT, self.degrees(meridian, -0.0005)), 300.0, (50.0, 0.0, 2.0))
+        made.handover.released["BSK2"] = {"last": last, "at": 100.0, "offset": None, "time_s": 9.0}
+        shown = []
+        for n in range(40):
+            place = (self.LAT, self.degrees(meridian, 0.0005 + n * 50.0 / cos))
+            found, height, _ = made.handover.blended("BSK2", place, 310.0, (50.0, 0.0, 2.0), 100.0 + n)
+            shown.append((round(found[0], 9), east(found[1]), round(height, 6)))
+        return [round(far, 6), sent, made.count["entities"], asked, placed, shown]
+
+    def test_nothing_leaps_where_east_becomes_west(self):
+        plain = self.story(20.0)
+        self.assertLess(plain[0], 250.0)
+        self.assertEqual(plain[2], 1)
+        self.assertEqual([ask[:2] for ask in plain[3]], [("BSK1", "give"), ("BSK3", "give")])
+        for meridian in (180.0, -180.0, 0.0):
+            for told, wanted in zip(self.story(meridian), plain):
+                self.assertEqual(told, wanted, meridian)
+
+
+def iter_queue(queue):
+    while not queue.empty():
+        yield queue.get()
+
+
 class Interfaces(unittest.TestCase):
     def of(self, *more):
         with unittest.mock.patch.object(bridge, "connected"):
