@@ -153,7 +153,7 @@ public! {
 public! {
     /// A system track as published.
     Track {
-        /// Track number, 0 to 4095 (4096 to 8191: begun by an outsider's plot).
+        /// Track number: 0 to 4095, of a `bulk` tracker also 8192 to 32767 (4096 to 8191: begun by an outsider's plot).
         track: u16,
         /// Where it is in its life.
         status: Said<TrackStatus>,

@@ -70,7 +70,7 @@ pub struct Label {
 /// One system track at one publication time. Airport frame, metres, seconds, radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemTrack {
-    /// Track number, 0 to 4095.
+    /// Track number, below 32 768.
     pub number: u16,
     /// Associated with an aircraft, a vehicle, or nothing.
     pub track_type: TrackType,

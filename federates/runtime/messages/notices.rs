@@ -247,7 +247,7 @@ pub struct AdviceNotice {
 /// A system track as control takes it; airport frame, SI units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrackNotice {
-    /// Track number, 0 to 4095.
+    /// Track number, below 32 768.
     pub number: u16,
     /// Call sign of the label, else as the target reports it; empty if none.
     pub callsign: String,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// A track as published (`TrackInfo`); airport frame, SI units, radians.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackMessage {
-    /// Track number, 0 to 4095.
+    /// Track number, below 32 768.
     pub number: u16,
     /// Whether it is an aircraft or a vehicle of the flight data list.
     #[serde(with = "words")]

@@ -34,7 +34,7 @@ pub enum TargetClass {
 /// A track as the safety net takes it. Airport frame, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// Track number, 0 to 4095.
+    /// Track number, below 32 768.
     pub number: u16,
     /// Call sign, where the track has one.
     pub callsign: Option<Callsign>,

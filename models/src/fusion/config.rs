@@ -64,7 +64,7 @@ pub struct Life {
     /// A track is deleted when the 95 % radius of its position exceeds this, m.
     pub delete_radius_m: f64,
     /// How many track numbers there are, from 0 on without 4096 to 8191 (those of tracks that plots of outsiders begin). 4096 is what
-    /// twelve bits hold, 61 440 what sixteen do.
+    /// twelve bits hold, 28 672 what fifteen do, and the most.
     pub numbers: u32,
     /// A number is not given again for this long, s.
     pub number_rest_s: f64,
@@ -319,7 +319,7 @@ impl TrackingConfig {
         config.filter = FilterConfig { rolling: true, q: 1.0, ..FilterConfig::new(Rung::Ca3) };
         config.ring_s = 1.5;
         config.second_ago = false;
-        config.life.numbers = 61_440;
+        config.life.numbers = 28_672;
         config
     }
 

@@ -6,6 +6,9 @@ use std::ops::Range;
 /// Numbers of tracks that plots of outsiders begin, so that outsiders take no number from us.
 const OUTSIDE: Range<usize> = 4096..8192;
 
+/// No number is given from here on: fifteen bits are what the least field for it holds, that of ASTERIX category 011.
+const BEYOND: usize = 1 << 15;
+
 /// The pools of numbers: those of ours from 0 on, without those of outsiders.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers {
@@ -22,9 +25,9 @@ struct Pool {
 }
 
 impl Numbers {
-    /// `count` numbers for ours (as far as sixteen bits hold them), each resting `rest_s` seconds after use.
+    /// `count` numbers for ours (as far as [`BEYOND`] goes), each resting `rest_s` seconds after use.
     pub(super) fn new(count: u32, rest_s: f64) -> Self {
-        let count = (count as usize).clamp(1, (1 << 16) - OUTSIDE.len());
+        let count = (count as usize).clamp(1, BEYOND - OUTSIDE.len());
         let pool = |count| Pool { free_from: vec![SimTime(i64::MIN); count], next: 0, rest_s };
         Self { ours: pool(count), outside: pool(OUTSIDE.len()) }
     }
@@ -80,10 +83,21 @@ mod tests {
         assert_eq!(ours(at(65.0), None), Some(1));
     }
 
+    /// The field of a track number in category 011 has fifteen bits: one beyond them is never sent, however long a run goes on.
+    #[test]
+    fn no_number_is_beyond_what_every_category_holds() {
+        let now = SimTime::from_s(0.0);
+        for count in [crate::fusion::TrackingConfig::bulk().life.numbers, 61_440, u32::MAX] {
+            let mut numbers = Numbers::new(count, 60.0);
+            let ours: Vec<u16> = std::iter::from_fn(|| numbers.take(now, false)).collect();
+            assert_eq!((ours.len(), ours.iter().max()), (28_672, Some(&0x7fff)), "{count}");
+        }
+    }
+
     #[test]
     fn outsiders_have_4096_to_8191_whatever_there_is_for_ours() {
         let now = SimTime::from_s(0.0);
-        for count in [1, 3, 4096, 5000, 61_440, 65_536] {
+        for count in [1, 3, 4096, 5000, 28_672] {
             let mut numbers = Numbers::new(count, 60.0);
             let all = |numbers: &mut Numbers, outside| -> Vec<u16> {
                 std::iter::from_fn(|| numbers.take(now, outside)).collect()
