@@ -199,3 +199,26 @@ fn all_that_is_sent_says_the_area_code() {
         assert!(said.iter().any(|(category, source)| *category == 62 && source.1 == SMDFM_SIC));
     }
 }
+
+/// An ADS-B sensor is not told of sizes: nothing is said of them, instead of the least. Of truth the class is that of the size.
+#[test]
+fn a_size_that_is_not_known_is_not_said() {
+    use mode_s::{Message, Reading, beast, read as heard};
+    let guests = [guest([301, 1, 1], "SWR99Z", Some(0x4b_1234))];
+    let codes = |origin, scan: ScanReport| -> BTreeSet<Option<u8>> {
+        let pieces = Board::new(&scene(), 1, false).sending(origin).on_scan(&Arc::new(scan));
+        let mut octets: Vec<u8> = pieces.iter().flat_map(|piece| piece.beast.clone()).collect();
+        let messages = beast::take(&mut octets).into_iter();
+        let messages = messages.map(|(_, _, octets)| heard(&Message(octets)).expect("sound").1);
+        let code = |said| match said {
+            Reading::Status { length_width_code, .. } => Some(length_width_code),
+            _ => None,
+        };
+        messages.filter_map(code).collect()
+    };
+    let truth = ScanReport { truth: guests.to_vec(), ..report(1, vec![], vec![]) };
+    // 37.6 m by 34.1 m.
+    assert_eq!(codes(Origin::Truth, truth), [Some(6)].into());
+    let told = report(1, vec![], vec![told(9, "SWR99Z", Some(0x4b_1234))]);
+    assert_eq!(codes(Origin::Reports, told), [Some(0)].into());
+}

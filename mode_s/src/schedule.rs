@@ -34,7 +34,7 @@ pub struct Target {
     pub heading_deg: f64,
     /// On the ground.
     pub on_ground: bool,
-    /// Length and width, m.
+    /// Length and width, m; zero where they are not known.
     pub size_m: [f64; 2],
     /// Navigation accuracy category of the position.
     pub nac_p: u8,

@@ -290,7 +290,7 @@ impl OperationalStatus {
 /// Operational mode: nothing but the assurance of the design, level C.
 const SYSTEM_DESIGN_ASSURANCE: u64 = 2;
 
-/// Code of the smallest class that a length and a width fit into, m.
+/// Code of the smallest class that a length and a width fit into, m; 0 (not known) where one of them is not above zero.
 #[must_use]
 pub fn length_width_code(length_m: f64, width_m: f64) -> u8 {
     const CLASSES: [(f64, f64); 14] = [
@@ -309,6 +309,9 @@ pub fn length_width_code(length_m: f64, width_m: f64) -> u8 {
         (75.0, 80.0),
         (85.0, 80.0),
     ];
+    if length_m <= 0.0 || width_m <= 0.0 {
+        return 0;
+    }
     let fits = |(length, width): &(f64, f64)| length_m <= *length && width_m <= *width;
     CLASSES.iter().position(fits).map_or(15, |i| i as u8 + 1)
 }
