@@ -222,3 +222,36 @@ fn a_size_that_is_not_known_is_not_said() {
     let told = report(1, vec![], vec![told(9, "SWR99Z", Some(0x4b_1234))]);
     assert_eq!(codes(Origin::Reports, told), [Some(0)].into());
 }
+
+/// Who told a sensor his call sign and no address has the invented one that his reports in category 021 have, for as long as the run.
+#[test]
+fn reports_without_an_address_have_an_invented_one_where_that_is_asked_for() {
+    let plots = ["SWR1", "N172SP"].map(|name| told(9, name, None)).to_vec();
+    let known = told(9, "SWR99Z", Some(0x4b_1234));
+    let shown = |invent| {
+        let board = Board::new(&scene(), 1, invent).sending(Origin::Reports);
+        [(1, 1, 2), (1, 2, 2), (1, 3, 0), (2, 1, 1)].map(|(run, number, count)| {
+            let plots = plots.iter().rev().take(count).chain([&known]).cloned().collect();
+            let scan = ScanReport { run, ..report(number, vec![], plots) };
+            board.on_scan(&Arc::new(scan));
+            let json = board.value("aircraft.json").expect("there");
+            let text = |entry: &serde_json::Value, key: &str| {
+                entry[key].as_str().expect(key).trim().to_owned()
+            };
+            let list = json["aircraft"].as_array().expect("a list");
+            list.iter().map(|a| (text(a, "hex"), text(a, "flight"))).collect::<Vec<_>>()
+        })
+    };
+    let own = vec![("4b1234".to_owned(), "SWR99Z".to_owned())];
+    assert_eq!(shown(false), [(); 4].map(|()| own.clone()));
+    let [first, second, third, other] = shown(true);
+    let mut gateway = gateway();
+    let sent = gateway.on_scan(&report(1, vec![], plots.iter().rev().cloned().collect()));
+    let of_021 = said_021(&sent);
+    let mut expected = own;
+    let hex = |address: f64| format!("~{:06x}", address as u32);
+    expected.extend(of_021.iter().map(|(_, address, name)| (hex(*address), name.clone())));
+    assert_eq!(first, expected);
+    assert_eq!((&second, &third), (&first, &first), "his for the run, also while nothing is heard");
+    assert_eq!(other.len(), 2, "another run knows nothing of this one: {other:?}");
+}

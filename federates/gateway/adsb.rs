@@ -4,9 +4,9 @@
 //! flight or of their transponder, send nothing, unless addresses are to be invented. Or it is what ADS-B sensors were told ([`Reported`]): positions with their errors, as
 //! often as the sensor has them, and in a straight line between.
 
-use super::Gateway;
 use super::invented::Invented;
 use super::items::{nac_p, pressure_altitude_m};
+use super::{Gateway, in_order};
 use crate::runtime::messages::{PlotMessage, ScanReport, TruthMessage};
 use geodesy::Enu;
 use mode_s::sbs::{self, Line, Says};
@@ -48,13 +48,25 @@ pub struct Reported {
 }
 
 impl Reported {
-    /// Everybody who was heard lately, where he is at the end of the scan by what he reported.
-    pub fn targets(&mut self, gateway: &Gateway, scan: &ScanReport) -> Vec<Addressed> {
+    /// Everybody who was heard lately, where he is at the end of the scan by what he reported. Who said his name and no address is there
+    /// where `invent`, with the address that his reports in category 021 have.
+    pub fn targets(
+        &mut self,
+        gateway: &mut Gateway,
+        scan: &ScanReport,
+        invent: bool,
+    ) -> Vec<Addressed> {
         if self.run != scan.run {
             *self = Self { run: scan.run, last: BTreeMap::new() };
+            gateway.anonymous = Invented::default();
         }
+        if invent {
+            gateway.invent_for(&in_order(scan));
+        }
+        let gateway = &*gateway;
         for plot in scan.plots.iter().filter(|p| p.kind.word == "adsb") {
-            let Some(address) = gateway.address_of(plot) else { continue };
+            let invented = || gateway.anonymous.given(&plot.identity);
+            let Some(address) = gateway.address_of(plot).or_else(invented) else { continue };
             if self.last.get(&address).is_none_or(|last| last.time_ns <= plot.time_ns) {
                 self.last.insert(address, plot.clone());
             }
@@ -84,9 +96,10 @@ fn reported(gateway: &Gateway, address: u32, plot: &PlotMessage, time_ns: i64) -
         // None of the exercise: only the address is known of it.
         id: [u16::MAX, (address >> 16) as u16, address as u16],
         target: Target {
-            emitter: match aircraft {
-                true => Emitter::aircraft(address, true),
-                false => Emitter::vehicle(address),
+            emitter: match (gateway.address_of(plot), aircraft) {
+                (None, _) => Emitter::anonymous(address),
+                (Some(_), true) => Emitter::aircraft(address, true),
+                (Some(_), false) => Emitter::vehicle(address),
             },
             callsign: flight.map_or(plot.callsign(), |f| &f.callsign).to_owned(),
             category: category(aircraft, flight.and_then(|f| f.wake), &type_designator),

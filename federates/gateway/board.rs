@@ -97,7 +97,7 @@ impl Board {
         let mut known = self.known();
         let Known { gateway, feed, targets, invented, reported, .. } = &mut *known;
         *targets = match reported {
-            Some(reported) => reported.targets(gateway, scan),
+            Some(reported) => reported.targets(gateway, scan, invented.is_some()),
             None => adsb::targets(gateway, scan, invented.as_mut()),
         };
         let pieces = feed.on_scan(gateway, scan, targets);

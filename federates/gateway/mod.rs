@@ -334,6 +334,15 @@ impl Gateway {
         plot.address.or_else(|| self.flight_of(plot)?.address)
     }
 
+    /// Gives an address to everybody who reports by ADS-B who he is and has none.
+    pub(crate) fn invent_for(&mut self, plots: &[&PlotMessage]) {
+        for plot in plots.iter().filter(|p| p.kind == SensorKind::Adsb) {
+            if !plot.identity.is_empty() && self.address_of(plot).is_none() {
+                self.anonymous.of(plot.identity.clone(), 0);
+            }
+        }
+    }
+
     /// Whether a scan was sent already: an SMDFM that returned tells those again that it made meanwhile.
     pub(crate) fn knows(&self, scan: &ScanReport) -> bool {
         self.last.is_some_and(|(run, last)| run == scan.run && scan.scan <= last)
@@ -349,20 +358,15 @@ impl Gateway {
         self.remember(scan);
         let mut out = Out { packer: Packer::new(DATAGRAM_LIMIT), refused: BTreeMap::new() };
         let begin_ns = scan.time_ns - self.scan_ns;
+        let before_ns = begin_ns - self.scan_ns;
         let due = |every_s: i64| {
             let every_ns = every_s * 1_000_000_000;
-            scan.scan == 1
-                || begin_ns.div_euclid(every_ns) != (begin_ns - self.scan_ns).div_euclid(every_ns)
+            scan.scan == 1 || begin_ns.div_euclid(every_ns) != before_ns.div_euclid(every_ns)
         };
         self.cycle(&mut out, begin_ns, due(STATUS_S));
         if self.choice.sensors {
-            let mut plots: Vec<_> = scan.plots.iter().collect();
-            plots.sort_by_key(|p| (p.sensor, p.sequence));
-            for plot in plots.iter().filter(|p| p.kind == SensorKind::Adsb) {
-                if !plot.identity.is_empty() && self.address_of(plot).is_none() {
-                    self.anonymous.of(plot.identity.clone(), 0);
-                }
-            }
+            let plots = in_order(scan);
+            self.invent_for(&plots);
             for plot in plots {
                 if plot.sensor > MOST_SENSORS {
                     *out.refused.entry(NO_SIC.to_owned()).or_default() += 1;
@@ -555,6 +559,13 @@ impl Gateway {
             })
         });
     }
+}
+
+/// The plots of a scan as they are sent.
+pub(crate) fn in_order(scan: &ScanReport) -> Vec<&PlotMessage> {
+    let mut plots: Vec<_> = scan.plots.iter().collect();
+    plots.sort_by_key(|p| (p.sensor, p.sequence));
+    plots
 }
 
 /// Datagrams being filled, and what could not be written into them.
