@@ -317,6 +317,38 @@ fn seconds(piece: &Piece) -> Option<f64> {
     })
 }
 
+/// When datagrams came, s of a clock that goes on over midnight.
+#[derive(Default)]
+struct Times {
+    of_day: asterix::time::Unwrap,
+    /// Seconds of the days that the form's own times lack.
+    added_s: f64,
+    latest_s: Option<f64>,
+}
+
+impl Times {
+    /// Of the next datagram; none where neither its form nor its records have a time.
+    ///
+    /// IOSS final has times with a day, which stands over midnight in some recordings and not in others: a jump back of more than half
+    /// a day is a day that is missing, a jump forward a silence, however long.
+    fn seconds(&mut self, piece: &Piece) -> Option<f64> {
+        let s = seconds(piece)?;
+        if piece.dated {
+            return Some(s);
+        }
+        if piece.time_ns.is_none() {
+            return Some(self.of_day.seconds(s));
+        }
+        let latest_s = self.latest_s.unwrap_or(s);
+        if s + self.added_s < latest_s - asterix::DAY_S / 2.0 {
+            self.added_s += asterix::DAY_S;
+        }
+        let s = s + self.added_s;
+        self.latest_s = Some(latest_s.max(s));
+        Some(s)
+    }
+}
+
 /// What lies in the cut, and what of it is damaged and left out where blocks are chosen.
 fn cut(
     pieces: &Pieces,
@@ -325,14 +357,13 @@ fn cut(
     categories: &[u8],
 ) -> anyhow::Result<(Vec<Piece>, Vec<String>)> {
     let mut lost = Vec::new();
-    let mut times = asterix::time::Unwrap::default();
+    let mut times = Times::default();
     let mut first = None;
     let mut last_s = 0.0;
     let mut kept = Vec::new();
     for piece in &pieces.pieces {
         // Without any time it stands where its neighbour does.
-        if let Some(s) = seconds(piece) {
-            let s = if piece.dated { s } else { times.seconds(s) };
+        if let Some(s) = times.seconds(piece) {
             last_s = s - *first.get_or_insert(s);
         }
         if last_s < from_s || to_s.is_some_and(|to| last_s > to) {
@@ -365,11 +396,11 @@ fn cut(
 fn write(pieces: &[Piece], path: &Path) -> anyhow::Result<()> {
     let name = path.display().to_string();
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    let mut times = asterix::time::Unwrap::default();
+    let mut times = Times::default();
     let mut last_ns = 0;
     let mut stamped = pieces.iter().map(|piece| {
-        if let Some(s) = seconds(piece) {
-            let undated = || (times.seconds(s) * 1e9) as i64;
+        if let Some(s) = times.seconds(piece) {
+            let undated = || (s * 1e9) as i64;
             last_ns = piece.time_ns.filter(|_| piece.dated).unwrap_or_else(undated);
         }
         (last_ns, piece)
@@ -502,6 +533,43 @@ mod tests {
         }
         let kept = std::fs::read(recordings.file("out.ff")).expect("there");
         assert_eq!(kept, b"what was there", "nothing is written over for nothing");
+    }
+
+    /// IOSS final with its own days and times, converted and cut: over midnight in a recording whose day octet stands, and over a silence
+    /// of more than half a day in one whose does not, no time goes back.
+    #[test]
+    fn times_of_ioss_go_on_over_midnight_and_over_silence() {
+        const DAY_S: f64 = 86_400.0;
+        let recordings = Recordings::new("ioss");
+        let hour = 3600.0;
+        // Seconds of each frame with its day, as they are in the file, and when that is.
+        let silent = [hour, 14.0 * hour, DAY_S + 10.0];
+        let midnight = [DAY_S - 2.0, DAY_S - 1.0, 0.5, 14.0 * hour, 23.0 * hour, hour];
+        let in_truth = midnight.map(|s| if s < DAY_S - 2.0 { s + DAY_S } else { s });
+        let in_truth = [&in_truth[..5], &[hour + 2.0 * DAY_S]].concat();
+        for (own, expected) in [(&silent[..], &silent[..]), (&midnight[..], &in_truth[..])] {
+            let mut file = FileWriter::new(Form::Final);
+            for own_s in own {
+                file.add((own_s * 1e9) as i64, &plots(own_s % DAY_S)).expect("fits");
+            }
+            recordings.write("own.ff", &file.finish());
+            let out = recordings.file("out.pcapng");
+            let input = recordings.input("own.ff");
+            assert_eq!(recordings.done(Command::Convert { input, out }), ExitCode::SUCCESS);
+            let copy = read(&recordings.file("out.pcapng"), None).expect("written");
+            let seconds = |piece: &Piece| piece.time_ns.expect("a time") as f64 * 1e-9;
+            let said: Vec<f64> = copy.pieces.iter().map(seconds).collect();
+            for (said, wanted) in said.iter().zip(expected) {
+                assert!((said - wanted).abs() < 0.011, "{own:?}: {said}, {wanted}");
+            }
+            // A cut from between any two on has those behind it.
+            for (at, pair) in expected.windows(2).enumerate() {
+                let from = (pair[0] + pair[1]) / 2.0 - expected[0];
+                assert_eq!(recordings.cut("own.ff", from, None, &[]), ExitCode::SUCCESS);
+                let kept = read(&recordings.file("out.ff"), None).expect("written").pieces.len();
+                assert_eq!(kept, own.len() - at - 1, "from {from} s on of {own:?}");
+            }
+        }
     }
 
     #[test]
