@@ -127,8 +127,26 @@ struct One {
     scene: Arc<scenarios::Scene>,
 }
 
+/// Refuses keys that a flag says for every run, and those that would be two columns of one name.
+fn check_keys(args: &SweepArgs) -> anyhow::Result<()> {
+    for (index, Vary { key, .. }) in args.vary.iter().enumerate() {
+        ensure!(
+            key != "run.seed",
+            "--vary run.seed: every run has its seed by --seeds; say --seeds"
+        );
+        ensure!(
+            key != "run.duration_s" || args.duration.is_none(),
+            "--vary run.duration_s: --duration says it for every run; leave one of them out"
+        );
+        let twice = args.vary[..index].iter().any(|before| before.key == *key);
+        ensure!(!twice, "--vary {key}: it is said twice; say all its values at once: {key}=V1,V2");
+    }
+    Ok(())
+}
+
 /// All combinations, each read as a scene before the first runs.
 fn runs(args: &SweepArgs) -> anyhow::Result<Vec<One>> {
+    check_keys(args)?;
     cli::writable(&args.out)?;
     let path = scenarios::locate(&args.scene);
     let text = scenarios::text_of(&path)?;
@@ -310,6 +328,31 @@ mod tests {
             assert!(seeds(wrong).is_err(), "{wrong}");
         }
         assert_eq!(cell("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+
+    /// What a run is told beside the scene has the word there, so that a column of it would be false; a key has one column.
+    #[test]
+    fn what_has_a_flag_of_its_own_and_a_key_said_twice_are_refused() {
+        let asked = |vary_of: &[&str], duration| {
+            let args = SweepArgs {
+                scene: "xsyn".to_owned(),
+                vary: vary_of.iter().map(|text| vary(text).expect("sound")).collect(),
+                seeds: Seeds(vec![1]),
+                duration,
+                out: std::env::temp_dir().join(format!("seeds-vary-{}.csv", std::process::id())),
+            };
+            runs(&args).map(|runs| runs.len()).map_err(|e| format!("{e:#}"))
+        };
+        let refused = |vary: &[&str], duration, word: &str| {
+            let said = asked(vary, duration).expect_err(word);
+            assert!(said.contains(word) && !said.contains('\n'), "{vary:?}: {said}");
+        };
+        refused(&["run.seed=5,6"], None, "--seeds");
+        refused(&["run.duration_s=30,60"], Some(30.0), "--duration");
+        let twice = ["tracking.profile=paper", "tracking.filter=abg", "tracking.profile=accurate"];
+        refused(&twice, None, "tracking.profile");
+        assert_eq!(asked(&["run.duration_s=30,60"], None), Ok(2));
+        assert_eq!(asked(&["tracking.profile=paper,accurate"], Some(30.0)), Ok(2));
     }
 
     /// The table of three runs, whose second does as told, where somebody wants an end while the run of this place goes on.
