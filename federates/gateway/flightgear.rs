@@ -9,7 +9,7 @@ use super::board::Board;
 use super::items::ascii;
 use crate::runtime::messages::{ScanReport, TruthMessage};
 use geodesy::Enu;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Octets of a message.
 pub const LENGTH: usize = 232;
@@ -41,11 +41,59 @@ struct Before {
     turn_radps: Option<f64>,
 }
 
-/// Motions of all entities, by what they were a scan before.
+/// Motions of all entities, by what they were a scan before, and the names that they have.
 #[derive(Clone, Debug, Default)]
 pub struct Motions {
     run: u32,
     before: BTreeMap<u64, Before>,
+    names: Names,
+}
+
+/// Characters of a name.
+const NAME: usize = 7;
+/// Names that are kept for who may come again.
+const MOST_NAMES: usize = 16_384;
+
+/// Names of a run, each of one entity alone: FlightGear knows aircraft by nothing else.
+#[derive(Clone, Debug, Default)]
+struct Names {
+    given: BTreeMap<u64, String>,
+    taken: BTreeSet<String>,
+}
+
+impl Names {
+    /// Where too many were given: those of who is not there any more.
+    fn forget(&mut self, scan: &ScanReport) {
+        if self.given.len() > MOST_NAMES {
+            let there: BTreeSet<u64> = scan.truth.iter().map(TruthMessage::key).collect();
+            self.given.retain(|key, _| there.contains(key));
+            self.taken = self.given.values().cloned().collect();
+        }
+    }
+
+    /// The name of an entity: the first seven characters of its call sign; if somebody has these, or it has none, the first three and
+    /// the last four; if somebody has those too, a number behind them. It keeps it for the run.
+    fn of(&mut self, truth: &TruthMessage) -> &str {
+        let Self { given, taken } = self;
+        given.entry(truth.key()).or_insert_with(|| {
+            let whole = ascii(&truth.callsign, usize::MAX);
+            let head = |most| whole.get(..most).unwrap_or(&whole);
+            let ends = match whole.len().checked_sub(4) {
+                Some(tail) if whole.len() > NAME => format!("{}{}", head(3), &whole[tail..]),
+                _ => whole.clone(),
+            };
+            let numbered = (1_u64..).map(|n| {
+                let number = n.to_string();
+                let room = NAME.saturating_sub(number.len()).min(ends.len());
+                format!("{}{number}", &ends[..room])
+            });
+            let mut wishes = [head(NAME).to_owned(), ends.clone()].into_iter().chain(numbered);
+            let free = |name: &String| !name.is_empty() && !taken.contains(name);
+            let name = wishes.find(free).unwrap_or_default();
+            taken.insert(name.clone());
+            name
+        })
+    }
 }
 
 impl Motions {
@@ -95,19 +143,24 @@ fn turned_rad(from_rad: f64, to_rad: f64) -> f64 {
 /// The messages of a scan's entities.
 #[must_use]
 pub fn packets(scan: &ScanReport, board: &Board, motions: &mut Motions) -> Vec<[u8; LENGTH]> {
-    let motions = motions.on_scan(scan);
+    let of_scan = motions.on_scan(scan);
+    motions.names.forget(scan);
+    let all: Vec<_> = scan.truth.iter().zip(&of_scan).take(MOST).collect();
     let one = |gateway: &Gateway| {
-        let all = scan.truth.iter().zip(&motions).take(MOST);
-        all.map(|(truth, motion)| packet(gateway, truth, scan.time_ns, motion)).collect()
+        let one = |(truth, motion): &(&TruthMessage, &Motion)| {
+            packet(gateway, truth, motions.names.of(truth), scan.time_ns, motion)
+        };
+        all.iter().map(one).collect()
     };
     board.with_gateway(one)
 }
 
-/// The message of one entity.
+/// The message of one entity; of `name` the first seven characters.
 #[must_use]
 pub fn packet(
     gateway: &Gateway,
     truth: &TruthMessage,
+    name: &str,
     time_ns: i64,
     motion: &Motion,
 ) -> [u8; LENGTH] {
@@ -118,7 +171,7 @@ pub fn packet(
     out.put(&(LENGTH as u32).to_be_bytes());
     out.put(&RANGE_NM.to_be_bytes());
     out.put(&0_u32.to_be_bytes());
-    out.text(&ascii(&truth.callsign, 7), 8);
+    out.text(name, NAME + 1);
     out.text(model(truth), 96);
     out.put(&(time_ns as f64 / 1e9).to_be_bytes());
     out.put(&0.1_f64.to_be_bytes());
@@ -241,7 +294,7 @@ mod tests {
                 ours: true,
                 track: None,
             };
-            let octets = packet(&gateway, &truth, 12_500_000_000, &Motion::default());
+            let octets = packet(&gateway, &truth, "SWR137HXY", 12_500_000_000, &Motion::default());
             assert_eq!(&octets[..16], b"FGFS\0\x01\0\x01\0\0\0\x07\0\0\0\xe8");
             assert_eq!(&octets[24..32], b"SWR137H\0");
             assert_eq!(&octets[32..64], b"Aircraft/777/Models/777-200ER.xm");
@@ -276,6 +329,52 @@ mod tests {
         }
     }
 
+    /// Whoever listens knows aircraft by the seven characters of their names alone: two of one name would be one that leaps.
+    #[test]
+    fn everybody_has_a_name_of_his_own_and_keeps_it() {
+        let board = Board::new(
+            &scenarios::load_without_truth(&scenarios::locate("xsyn")).expect("the scene"),
+            1,
+            false,
+        );
+        let mut motions = Motions::default();
+        let mut names = |run, list: &[(u16, &str)]| -> Vec<String> {
+            let truth = list.iter().map(|(entity, callsign)| TruthMessage {
+                id: [1, 1, *entity],
+                callsign: (*callsign).into(),
+                address: None,
+                type_designator: "A320".into(),
+                aircraft: true,
+                size_m: [40.0, 36.0],
+                position_m: Point3::new(0.0, 0.0, 0.0),
+                velocity_mps: [0.0; 3],
+                heading_rad: 0.0,
+                ours: true,
+                track: None,
+            });
+            let scan = ScanReport { run, truth: truth.collect(), ..ScanReport::default() };
+            let name = |octets: &[u8; LENGTH]| {
+                let end = octets[24..32].iter().position(|o| *o == 0).expect("an end");
+                String::from_utf8(octets[24..24 + end].to_vec()).expect("text")
+            };
+            packets(&scan, &board, &mut motions).iter().map(name).collect()
+        };
+        let all =
+            [(1, "FOLLOWME1"), (2, "FOLLOWME2"), (3, "SWR1"), (4, ""), (5, "日本"), (6, "SWR1")];
+        let first = names(1, &all);
+        assert_eq!(first[..3], ["FOLLOWM", "FOLWME2", "SWR1"]);
+        let own: std::collections::BTreeSet<&String> = first.iter().collect();
+        assert_eq!(own.len(), all.len(), "{first:?}");
+        assert!(first.iter().all(|name| !name.is_empty()), "{first:?}");
+        // Who leaves changes nobody's name; nor does the order.
+        let fewer = [all[5], all[4], all[1]];
+        assert_eq!(names(1, &fewer), [&first[5], &first[4], &first[1]].map(Clone::clone));
+        assert_eq!(names(2, &fewer), ["SWR1", &first[3], "FOLLOWM"], "another run begins anew");
+        let many: Vec<(u16, &str)> = (0..900).map(|entity| (entity, "VEHICLE_OF_NOBODY")).collect();
+        let many = names(3, &many);
+        assert_eq!(many.iter().collect::<std::collections::BTreeSet<_>>().len(), 900);
+    }
+
     /// One that speeds up by 2 m/s² while it turns right through north, and climbs ever faster: what a receiver goes on with between
     /// two packets.
     #[test]
@@ -307,7 +406,7 @@ mod tests {
             }
         };
         let read = |scan: &ScanReport, motion: &Motion| {
-            let octets = packet(&gateway, &scan.truth[0], scan.time_ns, motion);
+            let octets = packet(&gateway, &scan.truth[0], "KLM1", scan.time_ns, motion);
             std::array::from_fn::<f64, 9, _>(|i| f32_at(&octets, 192 + 4 * i))
         };
         let first = scan(0, 1);
