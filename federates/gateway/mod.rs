@@ -586,3 +586,5 @@ impl Out {
 mod address_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod value_tests;
