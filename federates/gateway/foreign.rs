@@ -180,14 +180,18 @@ pub fn track(record: &Record<'_>) -> Option<ForeignTrack> {
     })
 }
 
-/// Surface or airborne ground vector of category 021, m/s.
+/// Surface or airborne ground vector of category 021, m/s. Who stands needs no angle; one that is not valid is none.
 fn ground_vector(record: &Record<'_>) -> Option<[f64; 2]> {
     const KNOT_MPS: f64 = NM_M / 3600.0;
     let surface = || {
         let field = record.get(&cat021::RE)?;
         let vector = field.sub(&cat021::RE_SGV)?;
         let number = |name| vector.value(name)?.number();
-        Some([number("GSS")? * KNOT_MPS, number("HGT")?])
+        let speed_kt = number("GSS")?;
+        if number("STP")? != 0.0 || speed_kt == 0.0 {
+            return Some([0.0, 0.0]);
+        }
+        Some([speed_kt * KNOT_MPS, number("HGT").filter(|_| number("HTS") != Some(0.0))?])
     };
     let airborne = || {
         let [_, nm_per_s, degrees] = record.numbers(&cat021::I160)?;
@@ -267,6 +271,58 @@ mod tests {
             None,
             "a plot"
         );
+    }
+
+    /// Reports of ADS-B say on the ground that they stand, a speed with an angle, or a speed whose angle is not valid.
+    #[test]
+    fn who_says_that_he_stands_has_a_velocity_of_zero() {
+        let velocity = |surface: Option<&[f64]>, airborne: Option<[f64; 3]>| {
+            let mut packer = asterix::Packer::new(1400);
+            let written = packer.record(&cat021::CATEGORY, |items| {
+                items.put(&cat021::I010, &[0, 9])?;
+                items.put(&cat021::I040, &[0])?;
+                items.put(&cat021::I161, &[5])?;
+                items.put(&cat021::I131, &[47.4, 8.5])?;
+                items.put(&cat021::I071, &[32_400.0])?;
+                if let Some(airborne) = airborne {
+                    items.put(&cat021::I160, &airborne)?;
+                }
+                match surface {
+                    Some(surface) => {
+                        items.compound(&cat021::RE, |sub| sub.put(&cat021::RE_SGV, surface))
+                    }
+                    None => Ok(()),
+                }
+            });
+            written.expect("it fits");
+            let octets = packer.take().concat();
+            let block = asterix::blocks(&octets).next().expect("a block").expect("sound");
+            track(&block.records().next().expect("a record").expect("sound"))
+                .expect("a track")
+                .velocity_mps
+        };
+        let near = |said: Option<[f64; 2]>, [east, north]: [f64; 2]| {
+            said.is_some_and(|[e, n]| libm::hypot(e - east, n - north) < 0.1)
+        };
+        // STP, HTS, HTT, HRD, GSS, and HGT where it goes on.
+        let stands: [&[f64]; 5] = [
+            &[1.0, 0.0, 0.0, 0.0, 0.0],
+            &[0.0, 0.0, 0.0, 0.0, 0.0],
+            &[1.0, 0.0, 0.0, 0.0, 15.0],
+            &[1.0, 1.0, 1.0, 0.0, 0.0, 90.0],
+            &[0.0, 0.0, 1.0, 0.0, 0.0, 90.0],
+        ];
+        for surface in stands {
+            assert_eq!(velocity(Some(surface), None), Some([0.0, 0.0]), "{surface:?}");
+        }
+        let mps = 15.0 * 1852.0 / 3600.0;
+        assert!(near(velocity(Some(&[0.0, 1.0, 1.0, 0.0, 15.0, 270.0]), None), [-mps, 0.0]));
+        for unknown in [&[0.0, 0.0, 0.0, 0.0, 15.0][..], &[0.0, 0.0, 1.0, 0.0, 15.0, 270.0]] {
+            assert_eq!(velocity(Some(unknown), None), None, "where to is not known: {unknown:?}");
+            let both = velocity(Some(unknown), Some([0.0, 0.01, 90.0]));
+            assert!(near(both, [18.52, 0.0]), "{both:?}");
+        }
+        assert_eq!(velocity(None, None), None);
     }
 
     /// Radars of surface movement say a velocity by its parts, by speed and angle, or both ways.
