@@ -131,9 +131,23 @@ fn pieces_of(source: impl Read + Seek, name: &str, port: Option<u16>) -> anyhow:
     Ok(read)
 }
 
-/// A first block of a category that is known: what a DIS PDU (version 4 to 7) does not begin with.
+/// A first block of a category that is known. PDUs of DIS version 4 begin as category 004 does: what is whole PDUs, and not whole blocks, is
+/// none.
 fn looks_like_asterix(payload: &[u8]) -> bool {
-    payload.first().is_some_and(|category| asterix::category(*category).is_some())
+    // Whether lengths of 16 bits, so far from each begin, lead exactly to the end; none is less than what is before it.
+    let led_to_the_end = |at: usize| {
+        let mut rest = payload;
+        while let Some(&[high, low]) = rest.get(at..at + 2) {
+            let length = usize::from(u16::from_be_bytes([high, low]));
+            match rest.get(length..) {
+                Some(after) if length >= at + 2 => rest = after,
+                _ => return false,
+            }
+        }
+        rest.is_empty()
+    };
+    let known = payload.first().is_some_and(|category| asterix::category(*category).is_some());
+    known && (led_to_the_end(1) || !led_to_the_end(8))
 }
 
 /// The sound blocks of a datagram, each with its records sound, and the damage that ends them.
@@ -147,4 +161,35 @@ pub fn sound(octets: &[u8]) -> impl Iterator<Item = Result<Block<'_>, DecodeErro
         ended = checked.is_err();
         Some(checked)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::looks_like_asterix;
+
+    /// A capture has ASTERIX and DIS beside each other: category 004 and version 4 begin with the same octet.
+    #[test]
+    fn pdus_of_no_version_are_taken_for_asterix() {
+        let pdu = |version: u8, length: u8| {
+            let mut octets = vec![0; usize::from(length)];
+            octets[..12].copy_from_slice(&[version, 1, 1, 1, 0, 0, 0, 7, 0, length, 0, 0]);
+            octets
+        };
+        for version in 4..=7 {
+            assert!(!looks_like_asterix(&pdu(version, 144)), "version {version}");
+            let both = [pdu(version, 144), pdu(version, 32)].concat();
+            assert!(!looks_like_asterix(&both), "two of version {version} in a datagram");
+        }
+        // Blocks whose octets 8 and 9 may say anything, whole and cut.
+        for (category, length, inner) in [(4, 24, 24), (4, 24, 0), (10, 24, 24), (62, 40, 40)] {
+            let mut block = vec![0; length];
+            block[..3].copy_from_slice(&[category, 0, length as u8]);
+            block[9] = inner;
+            assert!(looks_like_asterix(&block), "{category}");
+            assert!(looks_like_asterix(&[block.clone(), block.clone()].concat()), "{category}");
+            block.truncate(length - 2);
+            assert!(looks_like_asterix(&block), "{category}, damaged");
+        }
+        assert!(!looks_like_asterix(&[]));
+    }
 }

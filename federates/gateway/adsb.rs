@@ -304,7 +304,7 @@ impl Feed {
                     "t": type_designator, "r": "",
                 });
                 let track = if target.moves() { "track" } else { "true_heading" };
-                entry[track] = json!(round(target.track_deg(), 2));
+                entry[track] = json!(round(target.track_deg(), 2).rem_euclid(360.0));
                 entry["alt_baro"] = if target.on_ground {
                     json!("ground")
                 } else {

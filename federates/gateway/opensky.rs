@@ -41,7 +41,7 @@ fn state(of: &Addressed, height_m: Option<f64>, time: i64) -> Value {
         in_air(target.pressure_altitude_m),
         target.on_ground,
         round(libm::hypot(east, north), 100.0),
-        round(target.track_deg(), 100.0),
+        round(target.track_deg(), 100.0).rem_euclid(360.0),
         in_air(up),
         Value::Null,
         height_m.map(|height_m| round(height_m, 100.0)),

@@ -247,6 +247,24 @@ fn what_comes_late_early_twice_or_from_afar_is_refused_and_counted() {
     assert!(scan_of(&mut inlets, &scene, 20).plots.len() <= 16_384);
 }
 
+/// Three scans old is not older than three scans; and whoever may still come may not come twice.
+#[test]
+fn a_plot_of_exactly_three_scans_is_taken_once() {
+    let own = radar_alone("zurich");
+    let mut scene = theirs(&own, foreign(live(), &[10], None));
+    // Whole seconds are exact in every time of day.
+    Arc::make_mut(&mut scene).run.start_utc_ns = 1_574_600_400_000_000_000;
+    let start = scene.run.start_utc_ns;
+    let mut inlets = inlets_of(&scene);
+    let take = |inlets: &mut Inlets, time_s: f64| {
+        inlets.take(&plots(8.0, &scene, plot_at(&scene, time_s, [100.0, 50.0])), start)
+    };
+    assert!(take(&mut inlets, 5.0) && take(&mut inlets, 4.75));
+    assert_eq!(times_ms(&scan_of(&mut inlets, &scene, 8)), [5000]);
+    assert!(!take(&mut inlets, 5.0), "twice");
+    assert_eq!(times_ms(&scan_of(&mut inlets, &scene, 8)), [0_i64; 0]);
+}
+
 #[test]
 fn a_position_without_a_deviation_has_that_of_the_scene() {
     let own = radar_alone("zurich");

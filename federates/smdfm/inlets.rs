@@ -198,7 +198,7 @@ impl Inlets {
                 inlet.waiting.insert(name, plot);
                 break;
             }
-            if plot.time <= oldest {
+            if plot.time < oldest {
                 *self.refused.entry("a plot older than three scans").or_default() += 1;
                 continue;
             }
@@ -208,7 +208,7 @@ impl Inlets {
             sequence += 1;
             self.taken += 1;
         }
-        while inlet.had.first().is_some_and(|(time, ..)| *time <= oldest) {
+        while inlet.had.first().is_some_and(|(time, ..)| *time < oldest) {
             inlet.had.pop_first();
         }
     }

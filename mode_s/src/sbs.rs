@@ -68,6 +68,11 @@ pub fn date_and_time(utc_ns: i64) -> (String, String) {
     (format!("{year:04}/{month:02}/{day:02}"), time)
 }
 
+/// A course in tenths of a degree, below 360.
+fn course(track_deg: f64) -> f64 {
+    libm::round(track_deg * 10.0).rem_euclid(3600.0) / 10.0
+}
+
 /// Appends one line.
 pub fn line(out: &mut String, line: &Line<'_>) {
     let (date, time) = date_and_time(line.utc_ns);
@@ -86,12 +91,14 @@ pub fn line(out: &mut String, line: &Line<'_>) {
             write!(out, "{clean},,,,,,,,,,,0")
         }
         Says::Surface { speed_kt, track_deg, lat_deg, lon_deg } => {
+            let track_deg = course(track_deg);
             write!(out, ",,{speed_kt:.1},{track_deg:.1},{lat_deg:.6},{lon_deg:.6},,,0,0,0,-1")
         }
         Says::Airborne { altitude_ft, lat_deg, lon_deg } => {
             write!(out, ",{altitude_ft:.0},,,{lat_deg:.6},{lon_deg:.6},,,0,0,0,0")
         }
         Says::Velocity { speed_kt, track_deg, climb_fpm } => {
+            let track_deg = course(track_deg);
             write!(out, ",,{speed_kt:.1},{track_deg:.1},,,{climb_fpm:.0},,0,0,0,0")
         }
     };
@@ -120,6 +127,22 @@ mod tests {
         let ground = "MSG,2,1,1,0000AB,1,2019/11/24,09:03:51.250,2019/11/24,09:03:51.250,,,15.0,272.8,47.400000,-8.500000,,,0,0,0,-1";
         assert_eq!(lines[1], ground);
         assert_eq!(lines[0].split(',').nth(10), Some("SWR12"));
+    }
+
+    #[test]
+    fn no_track_is_rounded_up_to_360() {
+        for (track_deg, text) in
+            [(359.949, "359.9"), (359.95, "0.0"), (359.999, "0.0"), (0.04, "0.0")]
+        {
+            for says in [
+                Says::Surface { speed_kt: 15.0, track_deg, lat_deg: 47.4, lon_deg: 8.5 },
+                Says::Velocity { speed_kt: 15.0, track_deg, climb_fpm: 0.0 },
+            ] {
+                let mut out = String::new();
+                line(&mut out, &Line { address: 0xab, utc_ns: 0, says });
+                assert_eq!(out.split(',').nth(13), Some(text), "{track_deg}");
+            }
+        }
     }
 
     #[test]
