@@ -106,7 +106,7 @@ fn reported(gateway: &Gateway, address: u32, plot: &PlotMessage, time_ns: i64) -
             lat_deg: place.lat_deg(),
             lon_deg: place.lon_deg(),
             pressure_altitude_m: pressure_altitude_m(
-                up_m,
+                up_m + gateway.elevation_m,
                 gateway.pressure_hpa(time_ns).unwrap_or(STANDARD_HPA),
             ),
             velocity_mps: [velocity_mps[0], velocity_mps[1], 0.0],
@@ -183,7 +183,7 @@ fn addressed(
             lat_deg: place.lat_deg(),
             lon_deg: place.lon_deg(),
             pressure_altitude_m: pressure_altitude_m(
-                above_m,
+                place.height_m,
                 gateway.pressure_hpa(time_ns).unwrap_or(STANDARD_HPA),
             ),
             velocity_mps: truth.velocity_mps,

@@ -53,7 +53,7 @@ impl<'a> System<'a> {
 
     fn pressure_altitude_m(&self) -> Option<f64> {
         let pressure_hpa = self.gateway.pressure_hpa(self.track.time_ns)?;
-        Some(pressure_altitude_m(self.track.altitude_m?, pressure_hpa))
+        Some(pressure_altitude_m(self.height_m()?, pressure_hpa))
     }
 
     /// Seconds since the last plot of a kind, if it is not too long ago.
