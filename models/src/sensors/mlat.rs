@@ -81,9 +81,10 @@ impl Station {
         far_m <= self.range_m
             && !self.blind.iter().any(|sector| {
                 let turn = |deg: f64| deg.rem_euclid(360.0);
+                let width_deg = sector.to_deg - sector.from_deg;
                 far_m > sector.beyond_m
-                    && turn(Azimuth::of(d).deg360() - sector.from_deg)
-                        <= turn(sector.to_deg - sector.from_deg)
+                    && (width_deg >= 360.0
+                        || turn(Azimuth::of(d).deg360() - sector.from_deg) <= turn(width_deg))
             })
     }
 }

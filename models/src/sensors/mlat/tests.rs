@@ -101,6 +101,17 @@ fn a_blind_sector_hides_what_is_behind_it() {
     ] {
         assert_eq!(station.hears(Point2::new(x, y)), heard, "{name}");
     }
+    // All round.
+    for (from_deg, to_deg, beyond_m) in [(0.0, 360.0, 0.0), (-180.0, 180.0, 100.0)] {
+        let blind = vec![BlindSector { from_deg, to_deg, beyond_m }];
+        let station = Station { blind, ..station.clone() };
+        for step in 0..36 {
+            let (sin, cos) = libm::sincos(f64::from(step) * 10.0_f64.to_radians());
+            let heard = |away_m: f64| station.hears(Point2::new(away_m * sin, away_m * cos));
+            assert!(!heard(200.0), "{from_deg} to {to_deg}, {step}");
+            assert_eq!(heard(90.0), beyond_m > 90.0, "{from_deg} to {to_deg}, {step}");
+        }
+    }
     let c = Point2::new;
     let hangar = Building {
         name: "hangar".into(),
