@@ -63,11 +63,13 @@ pub fn read(
     Ok(found)
 }
 
-/// Fields of a line; one in double quotes may hold commas.
+/// Fields of a line; one in double quotes may hold commas, and double quotes that are written twice.
 fn fields(row: &str) -> Result<Vec<String>, String> {
     let (mut all, mut field, mut quoted) = (Vec::new(), String::new(), false);
-    for c in row.chars() {
+    let mut signs = row.chars().peekable();
+    while let Some(c) = signs.next() {
         match c {
+            '"' if quoted && signs.next_if_eq(&'"').is_some() => field.push('"'),
             '"' => quoted = !quoted,
             ',' if !quoted => all.push(std::mem::take(&mut field).trim().to_owned()),
             _ => field.push(c),
@@ -196,6 +198,9 @@ mod tests {
         assert_eq!(found[0].site_m, Point3::new(-300.0, 40.5, 20.0));
         // No height: as high as the present antenna, above the roof.
         assert_eq!(found[1].site_m, Point3::new(30.0, 30.0, 60.0));
+        // A quote in quotes is written twice.
+        let found = read_of("name,east_m,north_m\n\"say \"\"west\"\", or\",1,2\n").expect("it");
+        assert_eq!(found[0].name, "say \"west\", or");
         // The scene's own radar, in degrees: where the scene has it.
         let scene = scenarios::load_without_truth(&scenarios::locate("xsyn")).expect("a scene");
         let site = scene.sensors[0].site_m.expect("a site");
