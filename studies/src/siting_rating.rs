@@ -272,6 +272,13 @@ pub fn text(ratings: &[Rating], bound: f64) -> String {
             r.worst_at.1
         );
     }
+    if ratings.iter().all(|r| r.worst.covered == 0.0) && ratings.iter().any(|r| r.worst.share > 0.0)
+    {
+        let _ = writeln!(
+            text,
+            "covered is 0 everywhere: no place with that Pd has a sigma of {COVERED_SIGMA_M} m or less for this class; rank by pd and sigma"
+        );
+    }
     text
 }
 
@@ -416,6 +423,10 @@ mod tests {
         let table = text(&rows, 0.9);
         assert_eq!(table.lines().count(), 5);
         assert!(table.lines().nth(1).is_some_and(|l| l.starts_with("   1  blind")), "{table}");
+        // Where no place is fine enough the table says so.
+        let coarse = [rating("coarse", figures([0.95; 4], [3.64; 4]))];
+        assert!(text(&coarse, 0.9).contains("covered is 0 everywhere"));
+        assert!(!table.contains("everywhere"));
         let columns = csv(&rows).lines().map(|l| l.split(',').count()).collect::<Vec<_>>();
         assert_eq!(columns, [16; 5]);
         assert_eq!(json(&rows)[0]["name"], "blind");
