@@ -1,7 +1,8 @@
 //! Buildings of an OpenStreetMap extract as `[[building]]` of a scene: footprints with heights and where
 //! each is from. Read are `.osm` (XML), Overpass JSON and GeoJSON.
 //!
-//! A building is a way with `building` (not "no") or `aeroway` = terminal or hangar. Its height is `height`,
+//! A building is a way or a multipolygon relation (the rings of its outer members; courts are filled) with `building`
+//! (not "no") or `aeroway` = terminal or hangar. Its height is `height`,
 //! else `building:levels` times 4 m, else what is usual for its kind; the last two are marked assumed.
 
 use crate::error::{Problem, ScenarioError};
@@ -104,6 +105,7 @@ pub fn to_toml(found: &[Footprint], source: &str) -> String {
     text
 }
 
+#[derive(Clone)]
 struct Way {
     id: String,
     tags: BTreeMap<String, String>,
@@ -188,13 +190,67 @@ fn area_m2(corners_deg: &[(f64, f64)]) -> f64 {
     0.5 * twice.abs()
 }
 
+/// A multipolygon: its outer members by number, with their places where the extract gives them.
+struct Relation {
+    id: String,
+    tags: BTreeMap<String, String>,
+    outer: Vec<(String, Vec<(f64, f64)>)>,
+}
+
+/// The rings of relations beside the ways; outer members of a building that closes are no buildings themselves.
+fn with_relations(mut ways: Vec<Way>, relations: Vec<Relation>) -> Vec<Way> {
+    let mut rings = Vec::new();
+    let mut members = std::collections::BTreeSet::new();
+    for Relation { id, tags, outer } in relations {
+        if !tags.contains_key("building") && !tags.contains_key("aeroway") {
+            continue;
+        }
+        let part = |(of, own): &(String, Vec<(f64, f64)>)| match own.is_empty() {
+            true => ways.iter().find(|w| w.id == *of).map_or(Vec::new(), |w| w.corners_deg.clone()),
+            false => own.clone(),
+        };
+        let found = joined(outer.iter().map(part).collect());
+        if !found.is_empty() {
+            members.extend(outer.into_iter().map(|(of, _)| of));
+        }
+        let way = |corners_deg| Way { id: id.clone(), tags: tags.clone(), corners_deg };
+        rings.extend(found.into_iter().map(way));
+    }
+    ways.retain(|way| !members.contains(&way.id));
+    ways.extend(rings);
+    ways
+}
+
+/// Parts that share their ends, joined to closed rings; what does not close is left out.
+fn joined(mut parts: Vec<Vec<(f64, f64)>>) -> Vec<Vec<(f64, f64)>> {
+    let mut rings = Vec::new();
+    parts.retain(|part| part.len() > 1);
+    while let Some(mut ring) = parts.pop() {
+        while ring.first() != ring.last() {
+            let end = ring.last().copied();
+            let next =
+                parts.iter().position(|p| p.first().copied() == end || p.last().copied() == end);
+            let Some(next) = next else { break };
+            let mut part = parts.swap_remove(next);
+            if part.first().copied() != end {
+                part.reverse();
+            }
+            ring.extend(part.into_iter().skip(1));
+        }
+        if ring.first() == ring.last() {
+            rings.push(ring);
+        }
+    }
+    rings
+}
+
 fn sound((lat, lon): (f64, f64)) -> Option<(f64, f64)> {
     (lat.abs() <= 90.0 && lon.abs() <= 180.0).then_some((lat, lon))
 }
 
 fn of_xml(document: &roxmltree::Document<'_>) -> Vec<Way> {
     let mut places = BTreeMap::new();
-    let mut ways = Vec::new();
+    let (mut ways, mut relations) = (Vec::new(), Vec::new());
     for node in document.descendants() {
         let id = node.attribute("id").unwrap_or("");
         if node.has_tag_name("node") {
@@ -213,9 +269,21 @@ fn of_xml(document: &roxmltree::Document<'_>) -> Vec<Way> {
                 }
             }
             ways.push(Way { id: format!("way/{id}"), tags, corners_deg });
+        } else if node.has_tag_name("relation") {
+            let (mut tags, mut outer) = (BTreeMap::new(), Vec::new());
+            for part in node.children() {
+                let role = part.attribute("role").unwrap_or("");
+                if part.attribute("type") == Some("way") && matches!(role, "" | "outer") {
+                    outer.extend(part.attribute("ref").map(|id| (format!("way/{id}"), Vec::new())));
+                }
+                if let (Some(k), Some(v)) = (part.attribute("k"), part.attribute("v")) {
+                    tags.insert(k.to_owned(), v.to_owned());
+                }
+            }
+            relations.push(Relation { id: format!("relation/{id}"), tags, outer });
         }
     }
-    ways
+    with_relations(ways, relations)
 }
 
 fn tags_of(value: &Value) -> BTreeMap<String, String> {
@@ -245,7 +313,20 @@ fn of_overpass(elements: &[Value]) -> Vec<Way> {
         let corners_deg = own.unwrap_or_else(by_number);
         Way { id: format!("way/{}", e["id"]), tags: tags_of(&e["tags"]), corners_deg }
     };
-    elements.iter().filter(|e| e["type"] == "way").map(way).collect()
+    let relation = |e: &Value| {
+        let members = e["members"].as_array().map_or(&[][..], Vec::as_slice);
+        let is_outer = |m: &&Value| {
+            m["type"] == "way" && matches!(m["role"].as_str(), None | Some("" | "outer"))
+        };
+        let outer = members.iter().filter(is_outer).map(|m| {
+            let list = m["geometry"].as_array().map_or(&[][..], Vec::as_slice);
+            (format!("way/{}", m["ref"]), list.iter().filter_map(place).collect())
+        });
+        let id = format!("relation/{}", e["id"]);
+        Relation { id, tags: tags_of(&e["tags"]), outer: outer.collect() }
+    };
+    let of_type = |kind: &'static str| elements.iter().filter(move |e| e["type"] == kind);
+    with_relations(of_type("way").map(way).collect(), of_type("relation").map(relation).collect())
 }
 
 fn of_feature(feature: &Value) -> Vec<Way> {
@@ -320,6 +401,44 @@ mod tests {
         assert_eq!(root.sections("building", &keys).expect("sections").len(), 2);
         let (found, _) = of("b.osm", XML).expect("an extract");
         assert_eq!((found.len(), found[0].height_m, found[0].corners_deg.len()), (1, 15.0, 4));
+    }
+
+    #[test]
+    fn buildings_whose_outline_is_of_several_ways_are_joined() {
+        // Two halves of a hall, one of them written the other way round, and an inner court.
+        let nodes: String =
+            [(1, 47.45, 8.55), (2, 47.45, 8.5513), (3, 47.4505, 8.5513), (4, 47.4505, 8.55)]
+                .iter()
+                .map(|(id, lat, lon)| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"{lon}\"/>"))
+                .collect();
+        let xml = |second: &str| {
+            format!(
+                "<osm>{nodes}<way id=\"7\"><nd ref=\"1\"/><nd ref=\"2\"/><nd ref=\"3\"/></way>\
+                 <way id=\"8\">{second}<tag k=\"building\" v=\"yes\"/></way>\
+                 <relation id=\"9\"><member type=\"way\" ref=\"7\" role=\"outer\"/>\
+                 <member type=\"way\" ref=\"8\" role=\"outer\"/><member type=\"way\" ref=\"6\" role=\"inner\"/>\
+                 <tag k=\"type\" v=\"multipolygon\"/><tag k=\"aeroway\" v=\"terminal\"/></relation></osm>"
+            )
+        };
+        for second in [
+            "<nd ref=\"3\"/><nd ref=\"4\"/><nd ref=\"1\"/>",
+            "<nd ref=\"1\"/><nd ref=\"4\"/><nd ref=\"3\"/>",
+        ] {
+            let (found, _) = of("g.osm", &xml(second)).expect("an extract");
+            assert_eq!((found.len(), &*found[0].id), (1, "relation/9"), "{second}");
+            assert!((found[0].area_m2 - 5440.0).abs() < 100.0, "{}", found[0].area_m2);
+        }
+        // What does not close is none; its member is a building by itself, if it is one.
+        let (found, _) =
+            of("h.osm", &xml("<nd ref=\"2\"/><nd ref=\"3\"/><nd ref=\"4\"/>")).expect("an extract");
+        assert_eq!(&*found[0].id, "way/8");
+        let json = r#"{ "elements": [ { "type": "relation", "id": 5, "tags": { "building": "yes" }, "members": [
+            { "type": "way", "ref": 1, "role": "outer", "geometry": [ { "lat": 47.45, "lon": 8.55 },
+              { "lat": 47.45, "lon": 8.5513 }, { "lat": 47.4505, "lon": 8.5513 } ] },
+            { "type": "way", "ref": 2, "role": "outer", "geometry": [ { "lat": 47.45, "lon": 8.55 },
+              { "lat": 47.4505, "lon": 8.55 }, { "lat": 47.4505, "lon": 8.5513 } ] } ] } ] }"#;
+        let (found, _) = of("i.json", json).expect("an extract");
+        assert_eq!((found.len(), found[0].corners_deg.len()), (1, 4));
     }
 
     #[test]
