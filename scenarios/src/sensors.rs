@@ -13,7 +13,6 @@ use crate::Scene;
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
-use crate::hash::Fnv;
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::traffic::Traffic;
@@ -63,7 +62,7 @@ pub enum Equipped {
     All,
     /// Those named.
     Callsigns(Vec<Callsign>),
-    /// A share of all, 0 to 1, chosen by call sign.
+    /// A share of all, 0 to 1: each run draws who by its seed.
     Share(f64),
 }
 
@@ -102,22 +101,13 @@ impl SensorScene {
         }
     }
 
-    /// True if the target of this name carries the sensor. The answer depends on nothing else, so it
-    /// is the same in every process.
+    /// Whether no target of these names can carry it, whatever a run draws: shares are drawn by the run's seed.
     #[must_use]
-    pub fn is_carried_by(&self, callsign: Callsign) -> bool {
+    pub fn is_carried_by_none(&self, mut callsigns: impl Iterator<Item = Callsign>) -> bool {
         match &self.equipped {
-            Equipped::All => true,
-            Equipped::Callsigns(callsigns) => callsigns.contains(&callsign),
-            Equipped::Share(share) => {
-                let mut hash = Fnv::default();
-                hash.tagged(20, &self.id.0.to_le_bytes());
-                hash.tagged(21, callsign.as_str().as_bytes());
-                // FNV mixes its high bits least: fold them.
-                let mixed =
-                    (hash.value() ^ (hash.value() >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-                ((mixed >> 11) as f64) < share * (1u64 << 53) as f64
-            }
+            Equipped::All => callsigns.next().is_none(),
+            Equipped::Callsigns(named) => !callsigns.any(|callsign| named.contains(&callsign)),
+            Equipped::Share(share) => *share <= 0.0,
         }
     }
 }

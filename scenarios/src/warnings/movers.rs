@@ -281,7 +281,7 @@ fn out_of_reach(scene: &Scene, sensor: &SensorScene) -> Option<(u8, &'static str
     }
     let movers = &scene.traffic.entities;
     let carried = sensor.kind.carried && scene.traffic.behaving.is_none();
-    let nobody = movers.iter().all(|e| !sensor.is_carried_by(e.callsign));
+    let nobody = sensor.is_carried_by_none(movers.iter().map(|e| e.callsign));
     (carried && !movers.is_empty() && nobody)
         .then(|| (18, "equipped", "nobody carries it: it gives no plots".to_owned()))
 }
