@@ -223,6 +223,10 @@ fn all_maps(
     grid: &Grid,
     subject: &Subject,
 ) -> anyhow::Result<Vec<Map>> {
+    let passed = metar::passed_over(&text);
+    if passed > 0 {
+        out!("{passed} lines are no reports and were passed over");
+    }
     let mut found = Vec::new();
     let mut progress = Progress::new();
     let total = weathers.len() * radars(scene).count();

@@ -22,6 +22,12 @@ const RAIN: [(f64, f64); 4] = [(0.0, 0.0), (1.0, 0.1), (5.0, 0.3), (20.0, 1.0)];
 /// Steps of visibility, m: a report counts with the next lower one.
 const VISIBILITY_M: [f64; 6] = [50.0, 150.0, 400.0, 1000.0, 3000.0, 10_000.0];
 
+/// Lines that say something and are no report: [`classes`] passes them over.
+#[must_use]
+pub fn passed_over(text: &str) -> usize {
+    text.lines().filter(|line| !line.trim().is_empty() && key(line).is_none()).count()
+}
+
 /// The classes of a text with one report a line, the most frequent first. A line that is no report is
 /// passed over.
 #[must_use]
@@ -54,23 +60,36 @@ pub fn classes(text: &str) -> Vec<Class> {
     found
 }
 
-/// Rain, visibility and tens of degrees of a report; `None` where it states neither visibility nor
-/// temperature.
+fn digits(word: &str) -> bool {
+    !word.is_empty() && word.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Rain, visibility and tens of degrees of a report, which begins behind the time (ddhhmmZ): what is before it
+/// are kind and station. `None` where it states no time, no visibility or no temperature.
 fn key(line: &str) -> Option<(usize, usize, i32)> {
     let (mut rain, mut visibility_m, mut celsius) = (0, None, None);
+    // Whole miles before a fraction of one.
+    let mut whole = 0.0;
     let body = line.split(" RMK").next().unwrap_or(line);
     let body =
         ["TEMPO", "BECMG", "NOSIG"].iter().fold(body, |b, word| b.split(word).next().unwrap_or(b));
-    for word in body.split_whitespace().map(|w| w.trim_end_matches('=')) {
-        let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
-        if word == "CAVOK" {
-            visibility_m = Some(10_000.0);
-        } else if word.len() == 4 && digits(word) {
-            visibility_m = visibility_m.or(word.parse().ok());
+    let mut words = body.split_whitespace().map(|w| w.trim_end_matches('='));
+    words.find(|w| w.len() == 7 && w.strip_suffix('Z').is_some_and(digits))?;
+    for word in words {
+        let miles_before = std::mem::take(&mut whole);
+        // "NDV": the sensor knows no directions.
+        let metres = word.strip_suffix("NDV").unwrap_or(word);
+        if word == "CAVOK" || word == "P6SM" {
+            visibility_m = visibility_m.or(Some(10_000.0));
+        } else if metres.len() == 4 && digits(metres) {
+            visibility_m = visibility_m.or(metres.parse().ok());
+        } else if word.len() <= 2 && digits(word) {
+            whole = word.parse().unwrap_or(0.0);
         } else if let Some(miles) = word.strip_suffix("SM") {
             let number = match miles.trim_start_matches(['P', 'M']).split_once('/') {
                 Some((a, b)) => {
-                    a.parse::<f64>().ok().zip(b.parse::<f64>().ok()).map(|(a, b)| a / b)
+                    let parts = a.parse::<f64>().ok().zip(b.parse::<f64>().ok());
+                    parts.map(|(a, b)| miles_before + a / b)
                 }
                 None => miles.trim_start_matches(['P', 'M']).parse().ok(),
             };
@@ -136,5 +155,26 @@ mod tests {
         );
         assert_eq!((found[0].share, found[0].of), (0.5, 4));
         assert!(found[0].weather.visibility_m.is_infinite());
+    }
+
+    #[test]
+    fn station_codes_are_no_weather_and_visibilities_are_read_in_all_their_forms() {
+        for (line, name) in [
+            ("METAR LIRA 241020Z 24008KT CAVOK 24/07 Q1015", "rain 0 visibility 10000 20C"),
+            ("SPECI KDRA 241020Z AUTO 00000KT 10SM 24/07", "rain 0 visibility 10000 20C"),
+            ("EDZO 241020Z 24008KT 9999NDV 24/07", "rain 0 visibility 10000 20C"),
+            ("EDDM 241020Z AUTO 24008KT 4000NDV -DZ 04/02", "rain 1 visibility 3000 0C"),
+            ("KBOS 241020Z 04012KT 1 1/2SM RA 04/02", "rain 5 visibility 1000 0C"),
+            ("KBOS 241020Z 04012KT 2 1/4SM 04/02", "rain 0 visibility 3000 0C"),
+            ("KBOS 241020Z 04012KT M1/4SM 04/02", "rain 0 visibility 400 0C"),
+            ("KBOS 241020Z 04012KT P6SM 04/02", "rain 0 visibility 10000 0C"),
+            ("KBOS 241020Z 04012KT 6SM 04/02", "rain 0 visibility 3000 0C"),
+            ("EGLL 241020Z 04012KT 5000 +TSGRRA 14/12", "rain 20 visibility 3000 10C"),
+        ] {
+            let found = classes(line);
+            assert_eq!(found.len(), 1, "{line}");
+            assert_eq!(found[0].name, name, "{line}");
+        }
+        assert!(classes("LIRA 24008KT CAVOK 24/07").is_empty(), "of no time");
     }
 }
