@@ -247,7 +247,7 @@ fn all_maps(
     for sensor in &scene.sensors {
         let settings = sensor.reported.as_deref().map(|settings| settings as &dyn Any);
         if let Some(system) = settings.and_then(|any| any.downcast_ref::<MlatConfig>()) {
-            found.extend(siting::mlat_maps(scene, sensor, system, grid, subject.height_m));
+            found.extend(siting::mlat_maps(scene, sensor, system, grid, subject));
         }
     }
     Ok(found)

@@ -203,11 +203,13 @@ pub fn mlat_maps(
     let mut dilution = empty(grid, name, "any", ("mlat_dop", "", true));
     let mut stations = empty(grid, name, "any", ("mlat_n", "", false));
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
+    // As the sensor has it: a transponder is in the middle of the body.
+    let height_m = subject.height_m.max(0.5 * subject.class.height_m);
         let place = grid.place(cell);
         let heard = system
             .stations
             .iter()
-            .filter(|s| s.hears(place) && s.sees(&scene.buildings, place, height_m.max(1.0)));
+            .filter(|s| s.hears(place) && s.sees(&scene.buildings, place, height_m));
         let heard: Vec<Point2<f64>> = heard.map(|s| s.position_m).collect();
         stations.values[cell] = heard.len() as f32;
         if let Some(geometry) = ArrivalGeometry::of(&heard, place) {
