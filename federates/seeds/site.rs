@@ -10,6 +10,7 @@ use models::environment::Weather;
 use models::frames::{Point2, Point3};
 use models::sensors::TargetClass;
 use models::sensors::mlat::MlatConfig;
+use models::time::SimTime;
 use scenarios::{Scene, SensorScene};
 use serde_json::json;
 use std::any::Any;
@@ -190,8 +191,7 @@ fn class_of(scene: &Scene, name: &str) -> Option<TargetClass> {
 /// Weathers with their names.
 fn weathers(scene: &Scene, args: &SiteArgs) -> anyhow::Result<Vec<(String, Weather)>> {
     if args.weather == "timeline" {
-        let named =
-            |n: &scenarios::WeatherNotice| (format!("{:.0} s", n.time.s()), n.weather.clone());
+        let named = |n: &scenarios::WeatherNotice| (at(n.time), n.weather.clone());
         let all: Vec<_> = scene.weather.iter().map(named).collect();
         return Ok(if all.is_empty() { vec![("dry".into(), Weather::default())] } else { all });
     }
@@ -200,6 +200,11 @@ fn weathers(scene: &Scene, args: &SiteArgs) -> anyhow::Result<Vec<(String, Weath
         .with_context(|| format!("--weather {}: a text file of METAR reports", path.display()))?;
     let classes = metar::classes(&text);
     if classes.is_empty() {
+/// The name of the weather from a time on: no two notices have the same one.
+fn at(time: SimTime) -> String {
+    format!("{} s", time.0 as f64 / 1e9)
+}
+
         bail!("--weather {}: no line is a METAR report", path.display());
     }
     for class in &classes {
