@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use studies::metar;
-use studies::siting::{self, Grid, Map, Subject};
+use studies::siting::{self, Grid, Map, NO_DATA, Subject};
 use studies::siting_candidates::{self, Candidate, PRESENT};
 use studies::siting_picture;
 use studies::siting_rating::{self, Area, Objective};
@@ -297,7 +297,11 @@ fn maps(
         cli::save(&path("png"), picture.map_err(anyhow::Error::msg)?)?;
         cli::save(&path("csv"), worst_places(scene, map, &found, &grid))?;
         let number = |key: &str| about[key].as_f64().unwrap_or(f64::NAN);
-        out!(
+        let share = match number("share_of_area") {
+            1.0 => String::new(),
+            share => format!(" on {:.1} % of the area", 100.0 * share),
+        };
+        let line = format!(
             "{}: {:.3} to {:.3}, mean {:.3} {}",
             map.file_stem(),
             number("least"),
@@ -319,6 +323,7 @@ fn maps(
 }
 
 /// The twenty worst places of a map, with what is nearest and what makes them so.
+        out!("{}{share}", line.trim_end());
 fn worst_places(scene: &Scene, map: &Map, all: &[Map], grid: &Grid) -> String {
     let beside = |layer: &str| {
         let same =
@@ -346,6 +351,7 @@ fn worst_places(scene: &Scene, map: &Map, all: &[Map], grid: &Grid) -> String {
         );
     }
     text
+            (_, Some(NO_DATA)) => "not displayed".to_owned(),
 }
 
 /// The radar that is placed, by its place among the sensors, and the sites: the present one and those of the file.

@@ -171,7 +171,11 @@ pub fn radar_maps(
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
         let place = grid.place(cell);
         let place = Point3::new(place.x, place.y, subject.height_m);
-        let Some(found) = radar.survey(&air, class, &aspect, place) else { continue };
+        let Some(found) = radar.survey(&air, class, &aspect, place) else {
+            // What is not displayed is detected never.
+            maps.iter_mut().filter(|m| m.layer == "pd").for_each(|m| m.values[cell] = 0.0);
+            continue;
+        };
         let values = [
             found.scnr_db,
             found.pd,
@@ -197,14 +201,14 @@ pub fn mlat_maps(
     sensor: &SensorScene,
     system: &MlatConfig,
     grid: &Grid,
-    height_m: f64,
+    subject: &Subject,
 ) -> Vec<Map> {
+    // As the sensor has it: a transponder is in the middle of the body.
+    let height_m = subject.height_m.max(0.5 * subject.class.height_m);
     let name = (sensor.id.0, sensor.name.as_str());
     let mut dilution = empty(grid, name, "any", ("mlat_dop", "", true));
     let mut stations = empty(grid, name, "any", ("mlat_n", "", false));
     for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
-    // As the sensor has it: a transponder is in the middle of the body.
-    let height_m = subject.height_m.max(0.5 * subject.class.height_m);
         let place = grid.place(cell);
         let heard = system
             .stations
@@ -427,6 +431,35 @@ mod tests {
         assert!(worst.windows(2).all(|w| of_coarse[2].values[w[0]] >= of_coarse[2].values[w[1]]));
         assert_eq!(of_coarse[1].bil().len(), 4 * coarse.size.0 * coarse.size.1);
         assert!(header(&coarse).contains(&format!("NROWS {}", coarse.size.1)));
+    }
+
+    #[test]
+    fn what_the_radar_does_not_display_is_detected_never_and_among_the_worst_places() {
+        let mut scene = zurich();
+        let radar = scene.sensors.iter_mut().find_map(|s| s.asde.as_mut()).expect("a radar");
+        radar.parameters.range_max_m = 1500.0;
+        let (grid, maps) = maps_at(&scene, 100.0, &Weather::default());
+        let of = |layer: &str| maps.iter().find(|m| m.layer == layer).expect("a layer");
+        let (pd, ratio) = (of("pd"), of("scnr"));
+        let (mut dark, mut area) = (0, 0);
+        for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
+            area += 1;
+            dark += usize::from(ratio.values[cell] == NO_DATA);
+            assert_eq!(
+                pd.values[cell] == 0.0,
+                ratio.values[cell] == NO_DATA || pd.values[cell] == 0.0
+            );
+            assert!(pd.values[cell] != NO_DATA, "{cell}");
+        }
+        assert!(dark > 20 && dark < area, "{dark} of {area}");
+        let about = pd.summary(&grid);
+        assert_eq!(
+            (about["least"].as_f64(), about["share_of_area"].as_f64()),
+            (Some(0.0), Some(1.0))
+        );
+        assert!(pd.worst(20).iter().all(|cell| pd.values[*cell] == 0.0));
+        let shown = ratio.summary(&grid)["share_of_area"].as_f64().expect("a share");
+        assert!((shown - (area - dark) as f64 / area as f64).abs() < 1e-12);
     }
 
     #[test]
