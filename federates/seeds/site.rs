@@ -160,12 +160,25 @@ pub fn run(args: &SiteArgs) -> ExitCode {
             Ok((radar, candidates)) => rate(&scene, args, radar, &candidates, &subject),
             Err(e) => return fail(BAD_INPUT, e),
         },
-        None => maps(&scene, against.as_ref(), args, &subject),
+        None => match against.as_ref().filter(|other| !is_of_airport(&scene, other)) {
+            Some(other) => {
+                let said = format!("--against {}: a scene of another airport", other.name);
+                return fail(BAD_INPUT, said);
+            }
+            None => maps(&scene, against.as_ref(), args, &subject),
+        },
     };
     match made {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
+}
+
+/// Whether two scenes lie about the same place, to the metre: else their maps have nothing in common.
+fn is_of_airport(scene: &Scene, other: &Scene) -> bool {
+    let at = other.airport.reference;
+    let away_m = scene.airport.local_m(at.lat_rad.to_degrees(), at.lon_rad.to_degrees());
+    away_m.coords.norm() < 1.0
 }
 
 fn class_of(scene: &Scene, name: &str) -> Option<TargetClass> {
@@ -188,6 +201,11 @@ fn class_of(scene: &Scene, name: &str) -> Option<TargetClass> {
     })
 }
 
+/// The name of the weather from a time on: no two notices have the same one.
+fn at(time: SimTime) -> String {
+    format!("{} s", time.0 as f64 / 1e9)
+}
+
 /// Weathers with their names.
 fn weathers(scene: &Scene, args: &SiteArgs) -> anyhow::Result<Vec<(String, Weather)>> {
     if args.weather == "timeline" {
@@ -200,15 +218,14 @@ fn weathers(scene: &Scene, args: &SiteArgs) -> anyhow::Result<Vec<(String, Weath
         .with_context(|| format!("--weather {}: a text file of METAR reports", path.display()))?;
     let classes = metar::classes(&text);
     if classes.is_empty() {
-/// The name of the weather from a time on: no two notices have the same one.
-fn at(time: SimTime) -> String {
-    format!("{} s", time.0 as f64 / 1e9)
-}
-
         bail!("--weather {}: no line is a METAR report", path.display());
     }
     for class in &classes {
         out!("{}: {:.1} % of {} reports", class.name, 100.0 * class.share, class.of);
+    }
+    let passed = metar::passed_over(&text);
+    if passed > 0 {
+        out!("{passed} lines are no reports and were passed over");
     }
     Ok(classes.into_iter().map(|c| (c.name, c.weather)).collect())
 }
@@ -228,10 +245,6 @@ fn all_maps(
     grid: &Grid,
     subject: &Subject,
 ) -> anyhow::Result<Vec<Map>> {
-    let passed = metar::passed_over(&text);
-    if passed > 0 {
-        out!("{passed} lines are no reports and were passed over");
-    }
     let mut found = Vec::new();
     let mut progress = Progress::new();
     let total = weathers.len() * radars(scene).count();
@@ -266,10 +279,11 @@ fn maps(
 ) -> anyhow::Result<()> {
     let grid = Grid::of(scene, args.step).map_err(anyhow::Error::msg)?;
     let weathers = weathers(scene, args)?;
-    let mut found = all_maps(scene, &weathers, &grid, subject)?;
-    if found.is_empty() {
+    let own = all_maps(scene, &weathers, &grid, subject)?;
+    if own.is_empty() {
         bail!("the scene has neither a radar nor multilateration");
     }
+    let mut found = own.clone();
     if let Some(other) = against {
         let others = all_maps(other, &weathers, &grid, subject)?;
         let same =
@@ -295,7 +309,7 @@ fn maps(
         cli::save(&path("prj"), projection.clone())?;
         let picture = siting_picture::png(map, &grid, &sites, &scene.buildings);
         cli::save(&path("png"), picture.map_err(anyhow::Error::msg)?)?;
-        cli::save(&path("csv"), worst_places(scene, map, &found, &grid))?;
+        cli::save(&path("csv"), worst_places(scene, map, &own, &grid))?;
         let number = |key: &str| about[key].as_f64().unwrap_or(f64::NAN);
         let share = match number("share_of_area") {
             1.0 => String::new(),
@@ -309,6 +323,7 @@ fn maps(
             number("mean"),
             map.unit
         );
+        out!("{}{share}", line.trim_end());
         summary.push(about);
     }
     let document = json!({
@@ -322,8 +337,8 @@ fn maps(
     cli::save(&args.out.join("site.json"), format!("{document:#}\n"))
 }
 
-/// The twenty worst places of a map, with what is nearest and what makes them so.
-        out!("{}{share}", line.trim_end());
+/// The twenty worst places of a map, with what is nearest and what makes them so. `all` are the maps of the scene
+/// itself, also where `map` is a difference.
 fn worst_places(scene: &Scene, map: &Map, all: &[Map], grid: &Grid) -> String {
     let beside = |layer: &str| {
         let same =
@@ -336,6 +351,7 @@ fn worst_places(scene: &Scene, map: &Map, all: &[Map], grid: &Grid) -> String {
         let place = grid.place(cell);
         let at = |m: Option<&Map>| m.map(|m| m.values[cell]);
         let cause = match (at(shadow), at(ratio)) {
+            (_, Some(NO_DATA)) => "not displayed".to_owned(),
             (Some(db), _) if db > 1.0 => format!("building shadow of {db:.1} dB"),
             (_, Some(db)) if db < 20.0 => format!("ratio of {db:.1} dB"),
             _ if map.layer.starts_with("mlat") => "place of the stations".to_owned(),
@@ -351,7 +367,6 @@ fn worst_places(scene: &Scene, map: &Map, all: &[Map], grid: &Grid) -> String {
         );
     }
     text
-            (_, Some(NO_DATA)) => "not displayed".to_owned(),
 }
 
 /// The radar that is placed, by its place among the sensors, and the sites: the present one and those of the file.
