@@ -444,7 +444,7 @@ pub(crate) const NOTICE: &[Key] = &[
         .or("0"),
     Key::number("wind_from_deg", "deg", 0.0, 360.0, "Where it comes from"),
     Key::number("film_mm", "mm", 0.0, 20.0, "Water on the surfaces").or("0"),
-    Key::new("cells", Holds::Tables(CELL), "Rain cells, which the wind carries"),
+    Key::new("cells", Holds::Tables(CELL), "Rain cells, at most 100, which the wind carries"),
 ];
 
 pub(crate) const CELL: &[Key] = &[

@@ -24,6 +24,11 @@ pub(crate) fn days(notices: &[WeatherNotice]) -> Arc<Vec<(f64, Day)>> {
     Arc::new(notices.iter().map(|n| (n.time.s(), Day::from(&n.weather))).collect())
 }
 
+/// Most rain cells at a time: as many as the network carries.
+pub const MOST_CELLS: usize = 100;
+/// Cells that the wind has carried farther east or north than this are forgotten, m: no radar sees them.
+const FARTHEST_M: f64 = 1e6;
+
 /// Above this height of the field, m, a pressure that nobody says is told of: 7 % of the air are too much there.
 const HIGH_M: f64 = 600.0;
 
@@ -66,7 +71,10 @@ pub(crate) fn read(
             return Err(order("a time within the run (run.duration_s)"));
         }
         previous = Some(time);
-        let before = notices.last().expect("there is one from the start").weather.clone();
+        let last = notices.last().expect("there is one from the start");
+        // What the wind has done since; cells that are told anew are where they are told.
+        let mut before = last.weather.after(time.since_s(last.time));
+        before.cells.retain(|cell| cell.centre_m.coords.amax() <= FARTHEST_M);
         let weather = notice(&entry, before)?;
         if time == SimTime::ZERO {
             notices.clear();
@@ -107,8 +115,13 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
         weather.wind_mps = Azimuth::from_rad((from_deg + 180.0).to_radians()).unit() * speed_mps;
     }
     if entry.has("cells") {
-        weather.cells = entry
-            .sections("cells", &words(keys::CELL))?
+        let cells = entry.sections("cells", &words(keys::CELL))?;
+        if cells.len() > MOST_CELLS {
+            let (found, high) = (cells.len() as f64, MOST_CELLS as f64);
+            let problem = Problem::OutOfRange { found, low: 0.0, high, unit: "cells" };
+            return Err(entry.refuse("cells", problem));
+        }
+        weather.cells = cells
             .iter()
             .map(|cell| {
                 let place = within(-1e5, 1e5, "m");
@@ -125,4 +138,58 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
             .collect::<Result<_, ScenarioError>>()?;
     }
     Ok(weather)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn notices(timeline: &str) -> Result<Vec<WeatherNotice>, ScenarioError> {
+        let text =
+            format!("[run]\ntitle = \"w\"\nseed = 1\nduration_s = 86400\n[weather]\n{timeline}\n");
+        let root = Section::parse(Path::new("w.toml"), &text)?;
+        let run = crate::run::read(&root, |_| Ok(Some(0)))?;
+        Ok(read(&root, &run)?.0)
+    }
+
+    const WINDY: &str = "wind_mps = 80, wind_from_deg = 270";
+
+    #[test]
+    fn cells_that_a_notice_leaves_as_they_were_are_where_the_wind_has_carried_them() {
+        let cell =
+            "cells = [{ east_m = -395, north_m = 1084, radius_m = 600, rain_mm_per_h = 100 }]";
+        let found = notices(&format!(
+            "timeline = [{{ at_s = 0, {WINDY}, {cell} }}, {{ at_s = 20, visibility_m = 9000 }},\n\
+             {{ at_s = 50.5, wind_mps = 10, wind_from_deg = 180 }}, {{ at_s = 90, film_mm = 1 }},\n\
+             {{ at_s = 100, {cell} }}, {{ at_s = 60000, {WINDY} }}, {{ at_s = 86000, film_mm = 0 }}]"
+        ));
+        let found = found.expect("a timeline");
+        for pair in found[..5].windows(2).filter(|w| w[1].time.s() < 100.0) {
+            let since_s = pair[1].time.since_s(pair[0].time);
+            assert_eq!(pair[1].weather.cells, pair[0].weather.after(since_s).cells);
+        }
+        let place = |i: usize| found[i].weather.cells[0].centre_m;
+        for (i, east_m, north_m) in [
+            (1, -395.0 + 1600.0, 1084.0),
+            (3, -395.0 + 80.0 * 50.5, 1084.0 + 395.0),
+            (4, -395.0, 1084.0),
+        ] {
+            assert!((place(i) - Point2::new(east_m, north_m)).norm() < 1e-6, "{i}: {}", place(i));
+        }
+        // Farther than a weather of the network may say.
+        assert_eq!((found[5].weather.cells.len(), found[6].weather.cells.len()), (1, 0));
+    }
+
+    #[test]
+    fn no_more_cells_are_taken_than_the_network_carries() {
+        let of = |count: usize| {
+            let cell = "{ east_m = 0, north_m = 0, radius_m = 5, rain_mm_per_h = 9 }";
+            let cells = vec![cell; count].join(", ");
+            notices(&format!("timeline = [{{ at_s = 0, cells = [{cells}] }}]"))
+        };
+        assert_eq!(of(100).expect("as many as go")[0].weather.cells.len(), 100);
+        let error = of(101).expect_err("one too many").to_string();
+        assert!(error.contains("timeline[1].cells") && error.contains("0 to 100"), "{error}");
+    }
 }
