@@ -2,7 +2,9 @@
 //!
 //! Content of the record (type [`RECORD`]): rain mm/h, visibility m (infinite when clear), temperature K,
 //! dry pressure hPa, water vapour g/m³, wind m/s east and north, water film mm, number of cells, then
-//! per cell east m, north m, radius m, rain mm/h. All doubles, so that a recording repeats a run exactly.
+//! per cell east m, north m, radius m, rain mm/h, and where it is repeated the seconds since the cells were there.
+//! All doubles, so that a recording repeats a run exactly; cells stay where the notice said and the receiver moves
+//! them from then on, so that whoever hears any of the repetitions has the same bits.
 
 use models::environment::{RainCell, Weather};
 use models::frames::{Point2, Vector2};
@@ -17,7 +19,10 @@ pub const RECORD: u32 = 0x5345_4544;
 pub const WORLD_APPLICATION: u16 = 65_000;
 
 /// Most cells that a PDU carries.
-const MAX_CELLS: usize = 100;
+const MAX_CELLS: usize = scenarios::weather::MOST_CELLS;
+
+/// Values before those of the cells.
+const FIXED: usize = 9;
 
 /// An encoded weather, ready to be borrowed by a PDU.
 #[derive(Clone, Debug)]
@@ -27,11 +32,12 @@ pub struct EncodedWeather {
     sequence: u16,
 }
 
-/// The content of the record for `weather`.
+/// The content of the record for `weather`, whose cells were where it says `since_s` ago. Cells beyond
+/// [`MAX_CELLS`] are left out: no scene has them.
 #[must_use]
-pub fn encode(weather: &Weather, site: u16, sequence: u16) -> EncodedWeather {
+pub fn encode(weather: &Weather, since_s: f64, site: u16, sequence: u16) -> EncodedWeather {
     let cells = &weather.cells[..weather.cells.len().min(MAX_CELLS)];
-    let fixed = [
+    let fixed: [f64; FIXED] = [
         weather.rain_mm_per_h,
         weather.visibility_m,
         weather.temperature_k,
@@ -44,7 +50,9 @@ pub fn encode(weather: &Weather, site: u16, sequence: u16) -> EncodedWeather {
     ];
     let of_cells =
         cells.iter().flat_map(|c| [c.centre_m.x, c.centre_m.y, c.radius_m, c.rain_mm_per_h]);
-    let content = fixed.into_iter().chain(of_cells).flat_map(f64::to_be_bytes).collect();
+    let since = (since_s > 0.0).then_some(since_s);
+    let content =
+        fixed.into_iter().chain(of_cells).chain(since).flat_map(f64::to_be_bytes).collect();
     EncodedWeather { content, site, sequence }
 }
 
@@ -70,9 +78,10 @@ impl EncodedWeather {
     }
 }
 
-/// The weather in a PDU, if it has our record and every value is sound.
+/// The weather in a PDU and how long ago its cells were where it says, s, if it has our record and every value is
+/// sound.
 #[must_use]
-pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<Weather> {
+pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<(Weather, f64)> {
     let record = process.records.iter().find(|r| r.record_type.0 == RECORD)?;
     let mut values = record
         .content
@@ -95,7 +104,10 @@ pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<Weather> {
             rain_mm_per_h: within(0.0, 1000.0)?,
         });
     }
-    Some(Weather {
+    // A record that ends here was told when it began.
+    let told = record.content.len() / 8 > FIXED + 4 * count;
+    let since_s = if told { within(0.0, 1e9)? } else { 0.0 };
+    let weather = Weather {
         rain_mm_per_h,
         visibility_m,
         temperature_k,
@@ -104,5 +116,6 @@ pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<Weather> {
         wind_mps,
         film_mm,
         cells,
-    })
+    };
+    Some((weather, since_s))
 }

@@ -14,9 +14,8 @@ use crate::runtime::codec::encode;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Kind, Notice, RunConfig};
-use models::environment::Weather;
 use pdu::Envelope;
-use scenarios::Scene;
+use scenarios::{Scene, WeatherNotice};
 use std::sync::Arc;
 
 /// The federate's logic.
@@ -25,11 +24,11 @@ pub struct ExternalWorld {
     exercise: u8,
     time: FrameTime,
     next_notice: usize,
-    last_sent: Option<(Frame, Weather)>,
+    last_sent: Option<Frame>,
     sequence: u16,
 }
 
-/// Weather PDUs are repeated at this interval for late joiners, s.
+/// Weather PDUs are repeated at this interval for late joiners, s: the notice as it was, with its age.
 const WEATHER_HEARTBEAT_S: f64 = 30.0;
 
 impl ExternalWorld {
@@ -42,25 +41,22 @@ impl ExternalWorld {
 
     fn weather_due(&mut self, frame: Frame, out: &mut FrameOut) {
         let now = self.time.time(frame);
-        let mut change = None;
-        while let Some(notice) = self.scene.weather.get(self.next_notice) {
-            if notice.time > now {
-                break;
-            }
-            change = Some(notice.weather.clone());
-            self.next_notice += 1;
-        }
+        let before = self.next_notice;
+        self.next_notice = self.scene.weather.partition_point(|notice| notice.time <= now);
         let heartbeat = self
             .last_sent
-            .as_ref()
-            .is_some_and(|(sent, _)| now.since_s(self.time.time(*sent)) >= WEATHER_HEARTBEAT_S);
-        let changed = change.is_some();
-        let weather = match (change, heartbeat, &self.last_sent) {
-            (Some(weather), _, _) => weather,
-            (None, true, Some((_, weather))) => weather.clone(),
-            _ => return,
+            .is_some_and(|sent| now.since_s(self.time.time(sent)) >= WEATHER_HEARTBEAT_S);
+        let changed = self.next_notice > before;
+        if !changed && !heartbeat {
+            return;
+        }
+        let Some(WeatherNotice { time: since, weather }) =
+            self.next_notice.checked_sub(1).and_then(|last| self.scene.weather.get(last))
+        else {
+            return;
         };
-        let process = weather_pdu::encode(&weather, self.scene.run.site, self.sequence);
+        let since_s = now.since_s(*since);
+        let process = weather_pdu::encode(weather, since_s, self.scene.run.site, self.sequence);
         self.sequence = self.sequence.wrapping_add(1);
         let mut octets = Vec::new();
         Envelope::new(self.exercise, self.time.stamp(frame))
@@ -70,13 +66,13 @@ impl ExternalWorld {
         out.publish.push(Publication {
             key: "obs/weather".into(),
             class: Class::Lossy,
-            body: encode(&notice_of(&weather, now)),
+            body: encode(&notice_of(weather, *since)),
             retained: Some("obs/weather/last".into()),
         });
         if changed && has_control(&self.scene) {
-            out.notices.push(Notice::Weather(notice_of(&weather, now)));
+            out.notices.push(Notice::Weather(notice_of(weather, *since)));
         }
-        self.last_sent = Some((frame, weather));
+        self.last_sent = Some(frame);
     }
 }
 

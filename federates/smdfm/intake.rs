@@ -7,6 +7,7 @@ use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::Frame;
 use models::environment::Weather;
 use models::sensors::ScanInterval;
+use models::time::SimTime;
 use pdu::Body;
 use scenarios::Scene;
 use std::sync::Arc;
@@ -17,7 +18,8 @@ pub struct Intake {
     pub truth: ReceivedTruth,
     time: FrameTime,
     site: u16,
-    weather: Vec<(Frame, Weather)>,
+    /// By the frame in which it came: the weather and since when it is in force.
+    weather: Vec<(Frame, SimTime, Weather)>,
     /// PDUs that no frame end named and that did not come through the member `visitors`.
     unstamped: u64,
 }
@@ -71,8 +73,9 @@ impl Intake {
                 Body::EntityState(state) => self.truth.take(frame, now, state),
                 Body::Iff(iff) => self.truth.take_answer(frame, now, iff),
                 Body::EnvironmentalProcess(process) => {
-                    if let Some(weather) = weather_pdu::decode(process) {
-                        self.weather.push((frame, weather));
+                    if let Some((weather, since_s)) = weather_pdu::decode(process) {
+                        let since = self.time.time(frame).plus_s(-since_s);
+                        self.weather.push((frame, since, weather));
                     }
                 }
                 Body::EventReport(report) => {
@@ -97,10 +100,10 @@ impl Intake {
 
     /// The weather of a scan: what was in force when it began, its cells moved by the wind since.
     pub fn weather_at(&mut self, from: Frame) -> Weather {
-        let current = self.weather.iter().rposition(|(frame, _)| *frame <= from).unwrap_or(0);
+        let current = self.weather.iter().rposition(|(frame, ..)| *frame <= from).unwrap_or(0);
         self.weather.drain(..current);
-        self.weather.first().map_or_else(Weather::default, |(frame, weather)| {
-            weather.after(self.time.time(from).since_s(self.time.time(*frame)).max(0.0))
+        self.weather.first().map_or_else(Weather::default, |(_, since, weather)| {
+            weather.after(self.time.time(from).since_s(*since).max(0.0))
         })
     }
 

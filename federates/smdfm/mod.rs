@@ -31,6 +31,8 @@ mod inlet_tests;
 mod silent_tests;
 #[cfg(test)]
 mod visitor_tests;
+#[cfg(test)]
+mod weather_tests;
 
 use crate::exchange::flights::flight_list;
 use crate::federation::{closes_loop, is_front_end, on_tracks};

@@ -51,7 +51,7 @@ pub struct Log {
     scans_lost: u64,
     events: EventFinder,
     /// The weather as the time line told it last: the same again is no event.
-    weather_told: Option<String>,
+    weather_told: Option<WeatherNotice>,
     /// The effect plan of the last scan: a row that stands on is not written again.
     plan: Vec<[String; 5]>,
     /// Keeps other runs from replacing the file.
@@ -132,15 +132,19 @@ impl Log {
         done
     }
 
-    /// Writes a change of the weather.
+    /// Writes a change of the weather; what is told again is written once.
     ///
     /// # Errors
     /// As [`Self::scan`].
     pub fn weather(&mut self, w: &WeatherNotice) -> Result<(), LogError> {
+        if self.weather_told.as_ref() == Some(w) {
+            return Ok(());
+        }
         let cells = serde_json::json!(w.cells).to_string();
         let event = weather_event(w);
-        let told = self.weather_told.as_ref() == Some(&event.text);
-        self.weather_told = Some(event.text.clone());
+        let told =
+            self.weather_told.as_ref().is_some_and(|last| weather_event(last).text == event.text);
+        self.weather_told = Some(w.clone());
         self.write(|t| {
             if !told {
                 write_events(t, std::slice::from_ref(&event))?;
