@@ -238,7 +238,7 @@ fn plans(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<V
                 break;
             }
         }
-        found.push(SensorPlan::of(&own.name, sensor.as_ref(), &names));
+        found.push(SensorPlan::of(&own.name, sensor.as_ref(), &names, tolerance));
     }
     Ok(found)
 }

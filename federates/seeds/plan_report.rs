@@ -5,7 +5,7 @@ use models::environment::Weather;
 use models::sensors::Sensor;
 use models::sensors::asde::Placed;
 use models::sensors::asde::plan::boxes::band_m;
-use models::sensors::asde::plan::{BoxEffect, BoxPlan, Kind, PlannedBox};
+use models::sensors::asde::plan::{BoxEffect, BoxPlan, Fitted, Kind, PlannedBox};
 use models::sensors::radar::costs;
 use models::sensors::radar::effects::RadarEffect;
 use models::sensors::radar::equation::Reflection;
@@ -26,6 +26,9 @@ pub(super) struct SensorPlan {
     /// Of a radar: those that it does not display.
     hidden: Vec<String>,
     is_radar: bool,
+    tolerance: Tolerance,
+    /// With a budget of time: what it came to.
+    fitted: Option<Fitted>,
 }
 
 /// What the effects of a radar cost a target on average, ns.
@@ -72,7 +75,12 @@ fn instead(effect: RadarEffect, found: &[&BoxEffect]) -> &'static str {
 
 impl SensorPlan {
     /// Of a sensor that has scanned; `names` are those of the truth, by place.
-    pub(super) fn of(name: &str, sensor: &dyn Sensor, names: &dyn Fn(usize) -> String) -> Self {
+    pub(super) fn of(
+        name: &str,
+        sensor: &dyn Sensor,
+        names: &dyn Fn(usize) -> String,
+        tolerance: Tolerance,
+    ) -> Self {
         let named = sensor.placed().iter().map(|p| (*p, names(p.index)));
         let (placed, hidden): (Vec<_>, Vec<_>) = named.partition(|(p, _)| p.shown);
         Self {
@@ -82,6 +90,8 @@ impl SensorPlan {
             placed,
             hidden: hidden.into_iter().map(|(_, name)| name).collect(),
             is_radar: sensor.kind().radar,
+            tolerance,
+            fitted: sensor.fitted(),
         }
     }
 
@@ -197,6 +207,9 @@ impl SensorPlan {
             percent(costs.left_out),
             costs.left_out_percent(),
         );
+        if let (Some(fitted), Some(budget_us)) = (self.fitted, self.tolerance.time_budget_us) {
+            let _ = writeln!(out, "  {}", promise(&fitted, budget_us, &self.tolerance));
+        }
         let (mut left, mut simulated, mut absent) = (Vec::new(), Vec::new(), Vec::new());
         for effect in RadarEffect::ALL.iter().copied() {
             let (names, found) = self.with(effect, Kind::LeftOut);
@@ -415,8 +428,32 @@ impl SensorPlan {
             "detection": worst.map(|(plan, _)| plan.outcome.detection),
             "tail": worst.map(|(plan, _)| plan.outcome.tail),
             "share": worst.and_then(|(plan, _)| finite(plan.share)),
+            "time_budget_us": self.tolerance.time_budget_us,
+            "cost_us": self.fitted.map(|f| f.cost_us),
+            "factor": self.fitted.map(|f| f.factor),
+            "reached": self.fitted.map(|f| f.reached),
         }})
     }
+}
+
+/// What a budget of time buys, or that it cannot be held.
+fn promise(fitted: &Fitted, budget_us: f64, tolerance: &Tolerance) -> String {
+    let Fitted { cost_us, factor, reached } = fitted;
+    let held = if *reached {
+        format!("within {budget_us} µs ({cost_us:.2})")
+    } else {
+        format!("impossible within {budget_us} µs: at least {cost_us:.2} µs")
+    };
+    let by = if *factor <= 1.0 {
+        "within tolerance".to_owned()
+    } else {
+        format!("{factor:.1} times the tolerance")
+    };
+    format!(
+        "{held}: {by}: up to {:.3} m rms, detection within {:.4}",
+        factor * tolerance.position_m,
+        (factor * tolerance.detection).min(1.0)
+    )
 }
 
 /// What an effect would change, over the boxes that leave it out.
@@ -471,7 +508,7 @@ pub(super) fn heading(scene: &str, at_s: f64, weather: &Weather, tolerance: &Tol
         words.push("clear, dry".to_owned());
     }
     let promise = match tolerance.time_budget_us {
-        Some(budget) => format!("within {budget} µs a scan and radar"),
+        Some(budget) => format!("{budget} µs a scan and radar are asked for"),
         None => format!(
             "{} m rms, {} in 1000 beyond {} m, detection {}, {} false plots a scan",
             tolerance.position_m,
@@ -482,4 +519,29 @@ pub(super) fn heading(scene: &str, at_s: f64, weather: &Weather, tolerance: &Tol
         ),
     };
     format!("{scene} at {at_s:.0} s: {}. Against everything exact: {promise}", words.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_that_cannot_be_held_is_said_to_be_impossible() {
+        let tolerance = Tolerance { position_m: 0.1, detection: 0.01, ..Tolerance::default() };
+        let said = |cost_us: f64, factor: f64, reached: bool| {
+            promise(&Fitted { cost_us, factor, reached }, 40.0, &tolerance)
+        };
+        let held = said(38.0, 3.2, true);
+        assert!(
+            held.starts_with("within 40 µs") && held.contains("3.2 times the tolerance"),
+            "{held}"
+        );
+        assert!(held.contains("0.320 m rms") && held.contains("0.0320"), "{held}");
+        assert!(said(20.0, 0.5, true).contains("within tolerance"));
+        let missed = said(41.5, 107.6, false);
+        assert!(
+            missed.starts_with("impossible") && missed.contains("at least 41.50 µs"),
+            "{missed}"
+        );
+    }
 }

@@ -255,7 +255,8 @@ impl Asde {
         let mut work = std::mem::take(&mut self.work);
         self.find_looks(interval, truth, &mut work.looks, &mut work.ends, &mut work.occluding);
         if planning {
-            self.assign(&air, truth, &work.looks, &work.ends, &mut work.assignment);
+            let work = &mut work;
+            self.assign(&air, truth, &work.looks, &work.ends, &|_| false, &mut work.assignment);
         }
         self.work = work;
         self.air = Some(air);
@@ -296,6 +297,10 @@ impl Sensor for Asde {
         self.planner.boxes()
     }
 
+    fn fitted(&self) -> Option<plan::Fitted> {
+        self.planner.fitted()
+    }
+
     fn placed(&self) -> &[Placed] {
         &self.work.assignment.placed
     }
@@ -319,21 +324,19 @@ impl Sensor for Asde {
         // In cells everything is exact: what could be left out is nothing beside them.
         let planned = self.fixed.is_none() && processing == Processing::Plot;
         let levels = RadarLevels { processing, ..self.fixed.unwrap_or(self.base_levels()) };
-        if planned {
-            self.assign(&air, truth, &work.looks, &work.ends, &mut work.assignment);
-        }
         let shadows = levels.aircraft != ShadowLevel::None
             && work.looks.iter().any(|look| work.occluding.may_shadow(look, self.site_m));
+        if planned {
+            let (site_m, work) = (self.site_m, &mut work);
+            let shadowed = |look: &Look| shadows && work.occluding.may_shadow(look, site_m);
+            self.assign(&air, truth, &work.looks, &work.ends, &shadowed, &mut work.assignment);
+        }
         if shadows {
             work.traffic.clear();
             work.occluding.fill(&mut work.traffic);
             work.traffic.finish();
         }
         let far_m = self.parameters.second_trace_from_m();
-        let firsts = work.looks.iter().filter(|look| look.number == 0);
-        for (placed, look) in work.assignment.placed.iter_mut().zip(firsts) {
-            placed.shadowed = shadows && work.occluding.may_shadow(look, self.site_m);
-        }
         let facts = ScanFacts {
             exactly: planned && work.assignment.exactly,
             pairs: planned && work.assignment.any_pair || !planned && work.looks.len() > 1,

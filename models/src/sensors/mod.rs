@@ -177,6 +177,10 @@ pub trait Sensor: Send {
     fn boxes(&self) -> &[asde::plan::PlannedBox] {
         &[]
     }
+    /// Of a radar with a budget of time: what it came to in the last scan.
+    fn fitted(&self) -> Option<asde::plan::Fitted> {
+        None
+    }
     /// Of a radar: where the targets of the last scan were.
     fn placed(&self) -> &[asde::Placed] {
         &[]

@@ -6,10 +6,12 @@ use super::plan::boxes::{Key, SECTORS, band, part, ring, ring_m, sector};
 use super::plan::class::ClassFacts;
 use super::plan::outcome::Detection;
 use super::plan::planner::{MOST_NEW, Planner, PlannerScene};
+use super::plan::{BoxEffect, Kind};
 use super::{Air, Asde, Tolerance, Truth};
 use crate::effects::Level;
 use crate::frames::{Azimuth, Point2, Point3, Vector2, wrap_pi};
 use crate::sensors::TargetClass;
+use crate::sensors::radar::costs;
 use crate::sensors::radar::detection::PdTable;
 use crate::sensors::radar::effects::RadarEffect;
 use crate::sensors::radar::ghost::{Facade, ghost_power};
@@ -339,13 +341,14 @@ impl Asde {
     }
 
     /// Gives every look its box: new ones are planned, up to [`MOST_NEW`] of them. `ends` is where each target is
-    /// at the end of the scan.
+    /// at the end of the scan, `shadowed` whether an aircraft may stand before it.
     pub(super) fn assign(
         &mut self,
         air: &Air,
         truth: &dyn Truth,
         looks: &[Look],
         ends: &[Option<End>],
+        shadowed: &dyn Fn(&Look) -> bool,
         work: &mut Assignment,
     ) {
         let mut planner = std::mem::take(&mut self.planner);
@@ -391,7 +394,7 @@ impl Asde {
                     shown,
                     sector: sight.sector,
                     paired: false,
-                    shadowed: false,
+                    shadowed: shadowed(look),
                 });
             }
         }
@@ -414,9 +417,6 @@ impl Asde {
             }
         }
         planner.end();
-        if let Some(budget_us) = self.tolerance.time_budget_us {
-            planner.fit(budget_us);
-        }
         let (cell_m, beam) = (self.radar.cell_m, self.radar.pattern.azimuth_rad);
         work.any_pair = work.pairs.find(cell_m, beam, &mut work.paired);
         if work.any_pair {
@@ -424,6 +424,11 @@ impl Asde {
             for (placed, (_, paired)) in work.placed.iter_mut().zip(firsts) {
                 placed.paired = *paired;
             }
+        }
+        if let Some(budget_us) = self.tolerance.time_budget_us {
+            let beside = work.placed.iter().filter(|p| p.paired).filter_map(|p| p.place);
+            let (fixed_ns, beside) = (self.fixed_ns(&planner, air, &work.placed), beside.collect::<Vec<_>>());
+            planner.fit(budget_us, fixed_ns, &beside);
         }
         if !self.facades.is_empty() {
             for (index, end) in ends.iter().enumerate() {
@@ -434,6 +439,42 @@ impl Asde {
             }
         }
         self.planner = planner;
+    }
+
+    /// What the targets of a scan cost by the table whatever is tolerated, ns: what is around each of them, and
+    /// everything where one is in no box or beside another.
+    fn fixed_ns(&self, planner: &Planner, air: &Air, placed: &[Placed]) -> f64 {
+        use RadarEffect as E;
+        let cells = !air.weather.cells.is_empty();
+        let exact = |effect: E| costs::of_weather(effect, Level::Exact, cells);
+        let boxed = || {
+            let alone = placed.iter().filter(|p| p.shown && !p.paired).filter_map(|p| p.place);
+            alone.map(|place| &planner.boxes()[place as usize].plan.effects)
+        };
+        let nowhere = |effect: E| {
+            let absent = |e: &BoxEffect| e.effect == effect && e.kind == Kind::NotThere;
+            boxed().next().is_some() && boxed().all(|effects| effects.iter().any(absent))
+        };
+        let of_target = |effect: &E| match effect {
+            E::BuildingShadow | E::AircraftShadow | E::Merging | E::FalseAlarms => 0.0,
+            E::Processing | E::SecondTrace => 0.0,
+            E::Detection => costs::of(E::Detection, Level::Middle),
+            effect if nowhere(*effect) => 0.0,
+            effect => exact(*effect),
+        };
+        let all_ns: f64 = E::ALL.iter().map(of_target).sum();
+        let of = |p: &Placed| {
+            let alone = p.place.is_some() && !p.paired;
+            let parts = [
+                (true, exact(E::FalseAlarms)),
+                (!self.buildings.is_empty(), exact(E::BuildingShadow)),
+                (p.shadowed, exact(E::AircraftShadow)),
+                (p.paired, exact(E::Merging)),
+                (!alone, all_ns),
+            ];
+            parts.iter().filter(|(there, _)| *there).map(|(_, ns)| ns).sum::<f64>()
+        };
+        placed.iter().filter(|p| p.shown).map(of).sum()
     }
 
     /// Whether ghosts of a target are looked for.

@@ -19,7 +19,7 @@ mod rows;
 pub use boxes::Key;
 pub use fault::Fault;
 pub use planned::{BoxEffect, BoxPlan, Kind};
-pub use planner::{PlannedBox, Planner};
+pub use planner::{Fitted, PlannedBox, Planner};
 pub(super) use rows::rows;
 
 #[cfg(test)]

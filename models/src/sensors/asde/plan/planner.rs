@@ -74,9 +74,21 @@ pub struct Planner {
     at_factor: BTreeMap<(u32, u32), BoxPlan>,
     /// Step of the factor in force; `None` without a budget.
     step: Option<u32>,
+    fitted: Option<Fitted>,
     /// Grows whenever the plans change.
     version: u64,
     generation: u64,
+}
+
+/// What a budget of time came to in a scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fitted {
+    /// What the targets of the scan cost by the table, µs.
+    pub cost_us: f64,
+    /// The factor on the tolerance.
+    pub factor: f64,
+    /// Whether that is within the budget; else it is the least that there is.
+    pub reached: bool,
 }
 
 /// The boxes of a ring: their places among all.
@@ -158,6 +170,12 @@ impl Planner {
     #[must_use]
     pub fn factor(&self) -> f64 {
         self.step.map_or(1.0, factor)
+    }
+
+    /// What the budget of time came to in the last scan; `None` without one.
+    #[must_use]
+    pub fn fitted(&self) -> Option<Fitted> {
+        self.fitted
     }
 
     /// Half the diagonal of the largest class met, m.
@@ -311,16 +329,21 @@ impl Planner {
         }
     }
 
-    /// With a time budget: takes the least factor at which the targets of this scan cost no more.
-    pub fn fit(&mut self, budget_us: f64) {
+    /// With a time budget: takes the least factor at which the targets of this scan cost no more, or the largest where
+    /// none is enough. `fixed_ns` is what they cost whatever the factor is; for those in the boxes `beside`, one entry
+    /// each, that is everything.
+    pub fn fit(&mut self, budget_us: f64, fixed_ns: f64, beside: &[u32]) {
+        let mut targets: Vec<u32> = self.plans.iter().map(|b| b.targets).collect();
+        for place in beside {
+            targets[*place as usize] = targets[*place as usize].saturating_sub(1);
+        }
         let cost = |step: u32| -> f64 {
-            let boxes = (0..).zip(&self.plans).filter(|(_, b)| b.targets > 0);
-            boxes
-                .map(|(place, b)| {
-                    let plan = self.at_factor.get(&(place, step)).unwrap_or(&b.plan);
-                    plan.cost_ns().0 as f64 * f64::from(b.targets)
-                })
-                .sum()
+            let boxes = (0..).zip(&self.plans).zip(&targets).filter(|(_, n)| **n > 0);
+            let of_boxes = boxes.map(|((place, b), n)| {
+                let plan = self.at_factor.get(&(place, step)).unwrap_or(&b.plan);
+                plan.cost_ns().0 as f64 * f64::from(*n)
+            });
+            fixed_ns + of_boxes.sum::<f64>()
         };
         let (mut low, mut high) = (0, FACTORS - 1);
         while low < high {
@@ -331,6 +354,9 @@ impl Planner {
                 low = middle + 1;
             }
         }
+        let cost_us = cost(low) / 1000.0;
+        self.fitted =
+            Some(Fitted { cost_us, factor: factor(low), reached: cost_us <= budget_us });
         if self.step != Some(low) {
             self.step = Some(low);
             self.version += 1;

@@ -269,6 +269,48 @@ fn levels_follow_the_budget_of_time_when_it_has_to_give_way() {
 }
 
 #[test]
+fn a_budget_of_time_counts_all_that_a_scan_simulates_and_says_where_it_is_not_reached() {
+    // Far and alone, two beside each other, one at the foot of the tower that is in no box.
+    let mut truth = Crowd::new(6, 300.0);
+    let at = |x: f64, y: f64| Point3::new(x, y, 0.0);
+    let places = [at(900.0, 0.0), at(0.0, 1500.0), at(-700.0, 0.0), at(-700.0, 3.0), at(60.0, 0.0)];
+    truth.movers.truncate(places.len());
+    for (i, mover) in truth.movers.iter_mut().enumerate() {
+        *mover = (i % 2, places[i], Vector3::zeros(), (0.0, 1e9));
+    }
+    let fitted = |budget_us: f64| {
+        let tolerance = Tolerance { time_budget_us: Some(budget_us), ..Tolerance::default() };
+        let mut radar = asde(|p| p.range_min_m = 25.0).tolerating(tolerance);
+        for scan in 1..=4 {
+            let sink = &mut PlotSink::default();
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), sink);
+        }
+        let found = Sensor::fitted(&radar).expect("a budget");
+        // What no factor changes: of the two and the one everything, of each what is around it.
+        let mut ns = 0.0;
+        let nobody = |p: &Placed| p.paired || p.place.is_none();
+        assert!(radar.placed().iter().filter(|p| nobody(p)).count() == 3, "{:?}", radar.placed());
+        for p in radar.placed() {
+            let plan = p.place.map(|place| &radar.boxes()[place as usize].plan);
+            match plan.filter(|_| !nobody(p)) {
+                Some(plan) => ns += plan.cost_ns().0 as f64,
+                None => ns += 200.0,
+            }
+        }
+        assert!(found.cost_us > ns / 1000.0, "{found:?}: more than {ns} ns");
+        assert_eq!(found.reached, found.cost_us <= budget_us, "{found:?}");
+        assert_eq!(found.factor, radar.planner().factor());
+        found
+    };
+    let (least, plenty) = (fitted(0.001), fitted(1000.0));
+    assert!(!least.reached && plenty.reached);
+    assert!(least.factor > 90.0 && plenty.factor < 0.1, "{least:?} {plenty:?}");
+    // Just what it takes, and a nanosecond less.
+    let (just, less) = (fitted(least.cost_us), fitted(least.cost_us - 0.001));
+    assert!(just.reached && !less.reached && less.cost_us == least.cost_us, "{just:?} {less:?}");
+}
+
+#[test]
 fn centres_of_echoes_come_from_a_table_where_its_loss_is_tolerated() {
     let truth = Crowd::new(24, 150.0);
     let planned = |position_m: f64| {
