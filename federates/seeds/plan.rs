@@ -8,7 +8,8 @@ use crate::federation::{RunOptions, conductor_config};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, FAILED, fail, load_scene};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
-use crate::runtime::messages::{Notice, RunConfig, ScanReport};
+use crate::runtime::messages::{Frame, Notice, RunConfig, ScanReport};
+use crate::smdfm::intake::Intake;
 use crate::smdfm::{Smdfm, setup};
 use crate::traffic_generator::TrafficGenerator;
 use clap::Args;
@@ -211,15 +212,52 @@ impl Truth for Traffic<'_> {
     }
 }
 
+/// The traffic of a scene whose movers behave, as the generator plays it: there is no truth but that.
+struct Played {
+    generator: TrafficGenerator,
+    intake: Intake,
+    made: FrameOut,
+    next: Frame,
+}
+
+impl Played {
+    fn of(scene: &Arc<Scene>) -> anyhow::Result<Self> {
+        let exercise = scene.run.exercise;
+        let mut generator = TrafficGenerator::new(Arc::clone(scene), exercise, 1, 1);
+        let mut made = FrameOut::default();
+        let run = run_of(scene);
+        generator.configure(&run, &mut made).map_err(|e| anyhow::anyhow!(e))?;
+        Ok(Self { generator, intake: Intake::of(scene, exercise), made, next: 0 })
+    }
+
+    /// Plays on until a time, or the end of the run.
+    fn play(&mut self, scene: &Scene, until: SimTime) {
+        let last = (until.0 as u64).div_ceil(scene.run.frame.0 as u64).min(scene.run.frames());
+        while self.next <= last {
+            let mut made = std::mem::take(&mut self.made);
+            if self.next > 0 {
+                self.generator.step(self.next, &FrameInputs::default(), &mut made);
+            }
+            let pdus = made.pdus.drain(..).map(|octets| (self.next, octets)).collect();
+            self.intake.take_in(&FrameInputs { pdus, ..FrameInputs::default() }, self.next);
+            self.next += 1;
+        }
+    }
+}
+
 /// Scans of the same second until no box waits for its plan.
 const SCANS: usize = 200;
 
 /// The plans of all sensors at a time, at a tolerance.
-fn plans(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<Vec<SensorPlan>> {
+fn plans(
+    scene: &Scene,
+    truth: &dyn Truth,
+    time: SimTime,
+    tolerance: Tolerance,
+) -> anyhow::Result<Vec<SensorPlan>> {
     let mut sensors: Vec<Box<dyn Sensor>> =
         setup::make_sensors_for(scene, tolerance).map_err(|e| anyhow::anyhow!(e))?;
     let weather = weather_at(scene, time);
-    let truth = Traffic::at(scene, time);
     let scan = scene.run.scan();
     let interval = ScanInterval {
         run_seed: scene.run.seed,
@@ -232,7 +270,7 @@ fn plans(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<V
     for (sensor, own) in sensors.iter_mut().zip(&scene.sensors) {
         let mut planned = usize::MAX;
         for _ in 0..SCANS {
-            sensor.scan(&interval, &truth, &weather, &mut PlotSink::default());
+            sensor.scan(&interval, truth, &weather, &mut PlotSink::default());
             let now = sensor.boxes().len();
             if std::mem::replace(&mut planned, now) == now {
                 break;
@@ -243,20 +281,29 @@ fn plans(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<V
     Ok(found)
 }
 
+/// The weather in force, its cells moved by the wind since its notice.
 fn weather_at(scene: &Scene, time: SimTime) -> Weather {
     let notice = scene.weather.iter().rev().find(|n| n.time <= time);
-    notice.map_or_else(Weather::default, |n| n.weather.clone())
+    notice.map_or_else(Weather::default, |n| n.weather.after(time.since_s(n.time)))
 }
 
-fn plan(scene: &Scene, args: &PlanArgs) -> anyhow::Result<()> {
+fn plan(scene: &Arc<Scene>, args: &PlanArgs) -> anyhow::Result<()> {
     let times: Vec<SimTime> = match args.at {
         Some(at) => vec![SimTime::from_s(at)],
         None => scene.weather.iter().map(|n| n.time).collect(),
     };
     let tolerance = setup::tolerance(scene);
     let mut before: Option<Vec<PlanRow>> = None;
+    let mut played = scene.traffic.behaving.as_ref().map(|_| Played::of(scene)).transpose()?;
     for time in times {
-        let found = plans(scene, time, tolerance)?;
+        let end = SimTime(time.0 + scene.run.scan().0);
+        let stated = Traffic::at(scene, time);
+        let seen = played.as_mut().map(|played| {
+            played.play(scene, end);
+            played.intake.truth.view(time, end)
+        });
+        let truth: &dyn Truth = seen.as_ref().map_or(&stated, |seen| seen);
+        let found = plans(scene, truth, time, tolerance)?;
         if args.json {
             let mut lines = Vec::new();
             found.iter().for_each(|sensor| sensor.json(time.s(), &mut lines));
@@ -286,7 +333,7 @@ fn plan(scene: &Scene, args: &PlanArgs) -> anyhow::Result<()> {
             }
         }
         for (word, factor) in [("a tenth", 0.1), ("ten times", 10.0)] {
-            let other = plans(scene, time, tolerance.times(factor))?;
+            let other = plans(scene, truth, time, tolerance.times(factor))?;
             let other: Vec<PlanRow> = other.iter().flat_map(|sensor| sensor.rows.clone()).collect();
             let changed = say(&changes(&rows, &other));
             let text =
@@ -333,18 +380,23 @@ fn explain(scene: &Arc<Scene>, callsign: &str, at: f64, json: bool) -> anyhow::R
     Ok(())
 }
 
-/// The report of the scan that ends at or after `at` seconds.
-fn scan_at(scene: &Arc<Scene>, at: f64) -> anyhow::Result<ScanReport> {
-    let exercise = scene.run.exercise;
+/// The run of a scene whose traffic one generator makes.
+fn run_of(scene: &Scene) -> RunConfig {
     let config = conductor_config(scene, &RunOptions::default());
-    let run = RunConfig {
+    RunConfig {
         run: 1,
         seed: config.seed,
         producers: config.producers,
         generators: 1,
         last_frame: config.last_frame,
         ..RunConfig::default()
-    };
+    }
+}
+
+/// The report of the scan that ends at or after `at` seconds.
+fn scan_at(scene: &Arc<Scene>, at: f64) -> anyhow::Result<ScanReport> {
+    let exercise = scene.run.exercise;
+    let run = run_of(scene);
     let mut traffic = TrafficGenerator::new(Arc::clone(scene), exercise, 1, 1);
     let mut world = ExternalWorld::new(Arc::clone(scene), exercise);
     let mut smdfm = Smdfm::new(Arc::clone(scene), exercise).explaining(true);
@@ -377,4 +429,56 @@ fn scan_at(scene: &Arc<Scene>, at: f64) -> anyhow::Result<ScanReport> {
         whole = parts.take(&part.body)?;
     }
     whole.ok_or_else(|| anyhow::anyhow!("no scan was made"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(rest: &str) -> Arc<Scene> {
+        let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
+        let text = format!(
+            "[run]\ntitle = \"p\"\nseed = 7\nduration_s = 300\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+             [[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\ndepartures_per_h = 20\n\
+             [[sensor]]\nkind = \"asde\"\nname = \"tower\"\nparameters = \"ku_asde3\"\n\
+             site = {{ east_m = 250, north_m = 250, height_m = 30 }}\n{rest}"
+        );
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("plan.toml");
+        Arc::new(scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}")))
+    }
+
+    #[test]
+    fn who_behaves_is_planned_for_where_a_run_has_him() {
+        let scene = load("");
+        let (time, end) = (SimTime::from_s(200.0), SimTime::from_s(201.0));
+        let mut played = Played::of(&scene).expect("a generator");
+        played.play(&scene, end);
+        let view = played.intake.truth.view(time, end);
+        let report = scan_at(&scene, 201.0).expect("a scan");
+        let there: Vec<&str> = report.truth.iter().map(|t| t.callsign.as_str()).collect();
+        let known: Vec<String> =
+            (0..view.len()).map(|i| view.callsign(i).as_str().to_owned()).collect();
+        assert!(!there.is_empty() && there.iter().all(|name| known.iter().any(|k| k == name)));
+        let found = plans(&scene, &view, time, setup::tolerance(&scene)).expect("plans");
+        let plots = report.plots.iter().filter(|p| there.contains(&p.cause.as_str()));
+        let seen: std::collections::BTreeSet<&str> = plots.map(|p| p.cause.as_str()).collect();
+        let mut json = Vec::new();
+        found.iter().for_each(|sensor| sensor.json(200.0, &mut json));
+        let total = json.iter().find_map(|row| row.get("total")).expect("a total");
+        let planned = total["targets"].as_u64().expect("a number") as usize;
+        assert!(!seen.is_empty() && planned >= seen.len(), "{planned} of {seen:?}");
+    }
+
+    #[test]
+    fn rain_cells_of_a_plan_are_where_the_run_has_them() {
+        let cell =
+            "cells = [{ east_m = -180, north_m = 1084, radius_m = 600, rain_mm_per_h = 100 }]";
+        let scene = load(&format!(
+            "[weather]\ntimeline = [{{ at_s = 10, wind_mps = 20, wind_from_deg = 270, {cell} }}]\n"
+        ));
+        for (at_s, east_m) in [(10.0, -180.0), (110.0, 1820.0)] {
+            let weather = weather_at(&scene, SimTime::from_s(at_s));
+            assert!((weather.cells[0].centre_m.x - east_m).abs() < 1e-6, "{at_s} s");
+        }
+    }
 }
