@@ -61,7 +61,7 @@ pub struct Life {
     pub delete_standing_s: f64,
     /// At least this many expected updates of its slowest sensor are waited for.
     pub delete_least_updates: f64,
-    /// A track is deleted when the 95 % radius of its position exceeds this, m.
+    /// A track that lacks two looks is deleted when the 95 % radius of its position exceeds this and has doubled since its last plot, m.
     pub delete_radius_m: f64,
     /// How many track numbers there are, from 0 on without 4096 to 8191 (those of tracks that plots of outsiders begin). 4096 is what
     /// twelve bits hold, 28 672 what fifteen do, and the most.

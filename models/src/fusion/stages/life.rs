@@ -226,10 +226,10 @@ fn drop_if_lost(
         return;
     }
     let gap = at.time.since_s(track.last_hit);
-    let widened = widened(at, life.delete_radius_m);
+    let lost = is_lost(track, at, life.delete_radius_m);
     if let Some(rules) = &life.existence {
         let over = track.doubt.as_ref().is_some_and(|doubt| doubt.is_over(rules));
-        if over || (widened && !track.unresolved) {
+        if over || (lost && !track.unresolved) {
             track.stage = Stage::Ended;
             statistics.deleted += 1;
         }
@@ -237,7 +237,7 @@ fn drop_if_lost(
     }
     let soonest = life.delete_moving_s.min(life.delete_standing_s);
     let left = track.evidence.took_off.is_some();
-    if gap <= soonest && !widened && !left {
+    if gap <= soonest && !lost && !left {
         return;
     }
     let (position, velocity) = track.filter().motion();
@@ -257,7 +257,7 @@ fn drop_if_lost(
     let limit = if standing { life.delete_standing_s } else { life.delete_moving_s };
     let limit = limit.max(life.delete_least_updates * track.interval_s);
     // Where nothing can be told apart a track is wide, but not lost.
-    if gap > limit || (widened && !standing && !track.unresolved) {
+    if gap > limit || (lost && !standing && !track.unresolved) {
         track.stage = Stage::Ended;
         statistics.deleted += 1;
     }
@@ -278,7 +278,28 @@ const TOLD_AGAIN_S: f64 = 1.0;
 /// Scans in a row at such a speed that end a track.
 const TOO_FAST_SCANS: u8 = 3;
 
-/// Whether the 95 % radius of the position has grown beyond `radius_m`.
+/// Whether two looks lack and its 95 % radius has grown beyond `radius_m` since the last plot. Nobody is lost between two looks that
+/// come as they are due, nor by one that fails, however long that is; nor is who tells his place no better than that.
+fn is_lost(track: &Track, at: &Estimate, radius_m: f64) -> bool {
+    widened(at, radius_m)
+        && at.time.since_s(track.last_hit) > TWO_LACK * track.wait_s
+        && widened(at, GROWN * radius_95_m(&track.filter().estimate()))
+}
+
+/// After so many of its intervals two looks lack.
+const TWO_LACK: f64 = 2.5;
+
+/// A track that is so many times wider than with its last plot has grown since (assumed).
+const GROWN: f64 = 2.0;
+
+/// Radius within which the target is with 95 %, m.
+fn radius_95_m(at: &Estimate) -> f64 {
+    let p = at.state.position_cov();
+    let largest = 0.5 * (p.xx + p.yy) + libm::hypot(0.5 * (p.xx - p.yy), p.xy);
+    2.45 * largest.max(0.0).sqrt()
+}
+
+/// Whether the 95 % radius of the position is above `radius_m`.
 fn widened(at: &Estimate, radius_m: f64) -> bool {
     let p = at.state.position_cov();
     let (half_sum, half_gap) = (0.5 * (p.xx + p.yy), 0.5 * (p.xx - p.yy));
@@ -287,8 +308,7 @@ fn widened(at: &Estimate, radius_m: f64) -> bool {
     if bound <= 0.998 * radius_m * radius_m {
         return false;
     }
-    let largest = half_sum + libm::hypot(half_gap, p.xy);
-    !(2.45 * largest.max(0.0).sqrt() <= radius_m)
+    !(radius_95_m(at) <= radius_m)
 }
 
 #[cfg(test)]

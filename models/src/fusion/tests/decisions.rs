@@ -141,17 +141,16 @@ fn a_track_that_is_too_wide_ends_however_sure_its_target_is() {
     config.life.existence = Some(config::ExistenceRules::default());
     for (radius_m, deleted) in [(1e-3, 1), (1e3, 0)] {
         let mut tracker = Tracker::new(config.clone());
-        for k in 1..=14 {
+        for k in 1..=17 {
             let t = f64::from(k);
             if k == 14 {
                 assert_eq!(tracker.statistics().confirmed, 1);
                 tracker.config.life.delete_radius_m = radius_m;
             }
-            tracker.scan(
-                SimTime::from_s(t),
-                &[plot(t - 0.5, 0, 8.0 * t, 0.0)],
-                &FlightList::default(),
-            );
+            let plots = if k <= 14 { vec![plot(t - 0.5, 0, 8.0 * t, 0.0)] } else { Vec::new() };
+            tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            // While its plots come it is as wide as they are.
+            assert!(k > 14 || tracker.statistics().deleted == 0);
         }
         assert_eq!(tracker.statistics().deleted, deleted, "{radius_m}");
     }

@@ -24,6 +24,7 @@ mod several;
 mod shadows;
 mod taken_in;
 mod taken_off;
+mod wide;
 
 type Path = dyn Fn(f64) -> Option<Point2<f64>>;
 /// A plot with the index and the true position of what caused it.
