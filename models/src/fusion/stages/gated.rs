@@ -68,7 +68,8 @@ impl Tracker {
                 }
                 let plot = &candidates[k].plot;
                 let m = look.measured?;
-                if look.named && (!track.may_be(plot.identity) || (!first_stage && held[k])) {
+                let own = || plot.identity.is_some_and(|name| track.is(name));
+                if look.named && (!track.may_be(plot.identity) || (held[k] && !own())) {
                     return None;
                 }
                 if let Some(reach) = search.young {

@@ -5,7 +5,7 @@ use crate::fusion::config::SensorModel;
 use crate::fusion::stages::updated::How;
 use crate::fusion::state::{Tracker, Work};
 use crate::fusion::track_file::Stage;
-use crate::plot::Identity;
+use crate::plot::{Identity, Plot};
 
 impl Tracker {
     /// Plots with an identity go first, to the track that has it.
@@ -40,23 +40,31 @@ impl Tracker {
             // Whoever holds the name: the plot starts no other track, nor is it taken for one on trial
             // while the holder is still called so.
             work.gated[k] = true;
-            let holder = &self.tracks[track];
-            work.held[k] = holder.stage == Stage::Confirmed
-                && plot.time.since_s(holder.named_at) <= NAME_HOLDS_S;
-            if work.track_used[track] {
-                continue;
-            }
+            let taken = work.track_used[track];
             let found = Measurement::of(plot)
                 .ok()
+                .filter(|_| !taken)
                 .and_then(|m| self.distance(&self.tracks[track], plot.time, plot, &m));
             if found.is_some_and(|pair| pair.d2 <= self.identified_gate) {
                 self.update(track, How::Plot, k, model, work);
-            } else {
-                self.tracks[track].name_refused += 1;
+                continue;
             }
+            self.tracks[track].name_refused += u32::from(!taken);
+            work.held[k] = self.holds(track, plot);
         }
     }
+
+    /// Whether the name of `plot` is this track's: it is confirmed, and has had a plot with it just now, or has not refused enough of
+    /// them in a row for the name to go elsewhere.
+    fn holds(&self, track: usize, plot: &Plot) -> bool {
+        let track = &self.tracks[track];
+        let lately = plot.time.since_s(track.named_at) <= NAME_HOLDS_S;
+        track.stage == Stage::Confirmed && (lately || track.name_refused < AGREED)
+    }
 }
+
+/// Reports in a row that a name's track refuses before another track may have the name.
+const AGREED: u32 = 5;
 
 /// For so long after the last plot with its name that a track took, the name is its own, s.
 const NAME_HOLDS_S: f64 = 3.0;

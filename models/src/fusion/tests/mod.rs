@@ -17,6 +17,7 @@ mod identity;
 mod labelled;
 mod lag;
 mod limits;
+mod namesakes;
 mod own;
 mod rests;
 mod seldom;

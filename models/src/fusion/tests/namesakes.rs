@@ -1,0 +1,68 @@
+//! Names that are told from the wrong place: whose track is called so, and what becomes of the report.
+
+use super::hard_cases::plot;
+use super::labelled::report;
+use super::*;
+use crate::plot::{Callsign, Identity};
+
+fn name() -> Callsign {
+    Callsign::new("FOLLOW1")
+}
+
+/// Two targets 1.5 km apart.
+fn place(target: usize, t: f64) -> Point2<f64> {
+    [Point2::new(10.0 * t, 0.0), Point2::new(9.0 * t, 1500.0)][target]
+}
+
+/// What a radar sees of both, as scan `k`.
+fn seen(k: u32) -> Vec<Plot> {
+    let t = f64::from(k) - 0.5;
+    [0, 1].map(|n| plot(t, n as u32, place(n, t).x, place(n, t).y)).to_vec()
+}
+
+fn nearest(tracks: &[SystemTrack], to: Point2<f64>) -> &SystemTrack {
+    let off = |t: &&SystemTrack| (t.position_m - to).norm();
+    tracks.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("its track")
+}
+
+/// From where scan `k` brings a report, if it brings one.
+type From<'a> = &'a dyn Fn(u32) -> Option<usize>;
+
+/// Who is called so after each scan: the first, the second.
+fn called(config: &TrackingConfig, scans: u32, from: From<'_>) -> Vec<[bool; 2]> {
+    let mut tracker = Tracker::new(config.clone());
+    (1..=scans)
+        .map(|k| {
+            let t = f64::from(k);
+            let mut plots = seen(k);
+            plots.extend(
+                from(k).map(|n| report(5, SensorKind::Adsb, t - 0.3, k, place(n, t - 0.3))),
+            );
+            let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            [0, 1].map(|n| k > 5 && nearest(&tracks, place(n, t)).callsign() == Some(name()))
+        })
+        .collect()
+}
+
+/// Up to four reports on somebody else's track name nobody; from the fifth in a row on the name is that one's.
+#[test]
+fn a_name_changes_tracks_by_five_reports_in_a_row_and_not_by_fewer() {
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        for misplaced in [1, 2, 4] {
+            for honest_after in [0, 2, 60] {
+                let from = |k: u32| match k {
+                    ..60 => Some(0),
+                    _ if k < 60 + misplaced => Some(1),
+                    _ if k < 60 + misplaced + honest_after => Some(0),
+                    _ => None,
+                };
+                let called = called(&config, 90, &from);
+                let wrong = called[10..].iter().position(|named| *named != [true, false]);
+                assert_eq!(wrong, None, "{misplaced} misplaced, {honest_after} after");
+            }
+        }
+        let moved = called(&config, 90, &|k| Some(usize::from(k >= 60)));
+        assert_eq!(moved[58], [true, false]);
+        assert_eq!(moved[70], [false, true]);
+    }
+}
