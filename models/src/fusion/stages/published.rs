@@ -20,7 +20,8 @@ impl Tracker {
             let track = &mut self.tracks[index as usize];
             if track.name_refused >= NAME_DOUBTED {
                 // What calls itself so is seen elsewhere.
-                (shown.reported, shown.label_p) = (None, Some(1.0 - labels::NAMED));
+                (shown.reported, shown.address) = (None, None);
+                shown.label_p = Some(1.0 - labels::NAMED);
             } else {
                 let own = track.callsign.is_some() || track.address.is_some();
                 if !own && !track.updated && track.history & UNSEEN == 0 {

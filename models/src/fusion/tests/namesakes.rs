@@ -100,3 +100,28 @@ fn two_of_one_name_are_two_tracks_and_the_first_has_it() {
         }
     }
 }
+
+/// What withholds a name withholds the address with it.
+#[test]
+fn a_doubted_name_has_no_address_either() {
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        let mut tracker = Tracker::new(config);
+        for k in 1..=70_u32 {
+            let t = f64::from(k);
+            let mut plots = seen(k);
+            let from = place(0, t - 0.3) + Vector2::new(if k > 50 { 7_500.0 } else { 0.0 }, 0.0);
+            let mut own = report(5, SensorKind::Adsb, t - 0.3, 1, from);
+            own.identity = Some(Identity::Address(0x4B_1234));
+            plots.push(own);
+            let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            let mine = (k > 10).then(|| nearest(&tracks, place(0, t)));
+            if k == 50 {
+                assert_eq!(mine.and_then(|track| track.address), Some(0x4B_1234));
+            }
+            if k >= 61 {
+                let mine = mine.expect("its track");
+                assert_eq!((mine.address, mine.callsign()), (None, None), "{k}");
+            }
+        }
+    }
+}
