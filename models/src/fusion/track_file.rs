@@ -56,6 +56,11 @@ pub(super) struct Track {
     pub(super) looks: u32,
     /// Since when the next update is missed.
     pub(super) due: SimTime,
+    /// The last expected update that did not come.
+    pub(super) missed: Option<Missed>,
+    /// In this scan it had a plot that was measured before that, and one that was not.
+    pub(super) came_late: bool,
+    pub(super) came_in_time: bool,
     /// Interval of the sensor that updated it last, s.
     pub(super) interval_s: f64,
     /// How long after its last plot it is missed, s, and of which sensor that plot was.
@@ -136,6 +141,15 @@ impl UpdatedBy {
     }
 }
 
+/// An expected update that did not come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Missed {
+    /// End of the scan in which it was missed.
+    pub(super) at: SimTime,
+    /// Looks with that one.
+    pub(super) looks: u32,
+}
+
 /// A track that another one seems to double.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twin {
@@ -176,6 +190,9 @@ impl Track {
             history: 0,
             looks: 0,
             due: plot.time.plus_s(wait_s),
+            missed: None,
+            came_late: false,
+            came_in_time: true,
             interval_s,
             wait_s,
             heard_by: plot.sensor,
@@ -374,6 +391,9 @@ impl Track {
     pub(super) fn note_hit(&mut self, plot: &Plot, model: &SensorModel) {
         self.plots += 1;
         self.updated = true;
+        let late = self.missed.is_some_and(|missed| plot.time <= missed.at);
+        self.came_late |= late;
+        self.came_in_time |= !late;
         let stands = self.filter().motion().1.norm() < STANDS_MPS && plot.sensor == self.heard_by;
         let slowest_s = model.interval_s.max(model.standing_interval_s);
         let waited_s =

@@ -8,7 +8,7 @@ use crate::fusion::filter::predict;
 use crate::fusion::numbers::Numbers;
 use crate::fusion::own::{Initiation, Shown, Trial};
 use crate::fusion::state::{Statistics, Tracker};
-use crate::fusion::track_file::{Stage, Track};
+use crate::fusion::track_file::{Missed, Stage, Track};
 use crate::fusion::way::Ring;
 use crate::time::SimTime;
 use crate::track::{HEIGHT_KEPT_S, SecondAgo, SystemTrack, TrackStatus, TrackType};
@@ -31,7 +31,7 @@ impl Tracker {
             // Where it is by its last plot: near enough for a square of the grid of places.
             let position_m = track.filter().motion().0;
             if track.updated {
-                look(track, true);
+                made_up(track, now);
                 if let (Some(doubt), Stage::Confirmed) = (&mut track.doubt, track.stage) {
                     doubt.seen(position_m, places);
                 }
@@ -42,6 +42,7 @@ impl Tracker {
                         break;
                     }
                     look(track, false);
+                    track.missed = Some(Missed { at: now, looks: track.looks });
                     if let (Some(doubt), Some(rules)) = (&mut track.doubt, &config.life.existence) {
                         doubt.survive(now, track.evidence.took_off.is_some(), rules);
                         doubt.miss(position_m, places);
@@ -146,6 +147,29 @@ fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
 fn look(track: &mut Track, hit: bool) {
     track.history = (track.history << 1) | u32::from(hit);
     track.looks = track.looks.saturating_add(1);
+}
+
+/// The looks of a track that has had plots in this scan. What was measured before a miss was counted, and came after that, was
+/// no miss; it says nothing of this look.
+fn made_up(track: &mut Track, now: SimTime) {
+    if track.came_late
+        && let Some(missed) = track.missed.take()
+    {
+        let before = track.looks.saturating_sub(missed.looks);
+        track.history |= 1_u32.checked_shl(before).unwrap_or(0);
+    }
+    if track.came_in_time {
+        look(track, true);
+        return;
+    }
+    for _ in 0..u32::BITS {
+        if now < track.due {
+            break;
+        }
+        look(track, false);
+        track.missed = Some(Missed { at: now, looks: track.looks });
+        track.due = track.due.plus_s(track.wait_s.max(1e-3));
+    }
 }
 
 /// M of N, sliding window; out of reach as soon as the last N looks hold more than N − M misses.

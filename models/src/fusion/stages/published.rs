@@ -46,6 +46,7 @@ impl Tracker {
         let mut ended = false;
         for track in &mut self.tracks {
             (track.updated, track.manoeuvre) = (false, false);
+            (track.came_late, track.came_in_time) = (false, false);
             ended |= track.stage == Stage::Ended;
         }
         if !ended {

@@ -106,3 +106,39 @@ fn a_wide_track_that_gets_nothing_more_ends() {
         }
     }
 }
+
+/// Of a target that is measured once a second every other plot comes a second late: it was measured each time.
+#[test]
+fn a_measurement_that_comes_late_is_no_miss() {
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let seen = |k: u32| plot(f64::from(k) - 0.5, k, 8.0 * f64::from(k), 40.0);
+    let mut confirmed = 0;
+    for k in 1..=30_u32 {
+        let plots = if k % 2 == 0 { vec![seen(k), seen(k - 1)] } else { Vec::new() };
+        let tracks = tracker.scan(SimTime::from_s(f64::from(k)), &plots, &FlightList::default());
+        confirmed += tracks.len();
+        if k == 20 {
+            assert_eq!(tracker.tracks.len(), 1);
+            assert_eq!(tracker.tracks[0].history & 0xff, 0xff, "of {:?}", tracker.statistics());
+        }
+    }
+    assert!(confirmed >= 26, "{confirmed}: {:?}", tracker.statistics());
+}
+
+/// A late plot is one measurement: it stands for the look that it lacked, not for the present one as well.
+#[test]
+fn a_late_plot_counts_once() {
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let seen = |k: u32| plot(f64::from(k) - 0.5, k, 8.0 * f64::from(k), 40.0);
+    for k in 1..=12_u32 {
+        // The eleventh is measured as any and comes a second late, the twelfth is none.
+        let plots = match k {
+            11 => Vec::new(),
+            12 => vec![seen(11)],
+            _ => vec![seen(k)],
+        };
+        tracker.scan(SimTime::from_s(f64::from(k)), &plots, &FlightList::default());
+    }
+    let track = &tracker.tracks[0];
+    assert_eq!((track.looks, track.history & 0b111), (12, 0b110));
+}
