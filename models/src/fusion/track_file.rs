@@ -86,8 +86,9 @@ pub(super) struct Track {
     /// What its plots said it is.
     pub(super) callsign: Option<Callsign>,
     pub(super) address: Option<u32>,
-    /// Time of the last plot that said so.
+    /// Time of the last plot that said so, and how often such come, s.
     pub(super) named_at: SimTime,
+    pub(super) named_every_s: f64,
     /// Its own last report of its position.
     pub(super) reference: Option<Box<Reference>>,
     /// When one of its plots was held against a lane last.
@@ -209,6 +210,7 @@ impl Track {
             callsign: None,
             address: None,
             named_at: plot.time,
+            named_every_s: wait_s,
             reference: None,
             lane_at: None,
             entry: None,
@@ -344,6 +346,13 @@ impl Track {
         self.updated_by.iter().any(|by| by.sensor != sensor && time.since_s(by.time) <= within_s)
     }
 
+    /// Takes over what another track is called by its plots.
+    pub(super) fn take_name_of(&mut self, other: &Self) {
+        self.forget_identity();
+        (self.callsign, self.address) = (other.callsign, other.address);
+        (self.named_at, self.named_every_s) = (other.named_at, other.named_every_s);
+    }
+
     /// Takes the name away: another track has it now.
     pub(super) fn forget_identity(&mut self) {
         (self.callsign, self.address, self.entry) = (None, None, None);
@@ -420,6 +429,7 @@ impl Track {
         if plot.identity.is_some() {
             self.name_refused = 0;
             self.named_at = self.named_at.max(plot.time);
+            self.named_every_s = slowest_s;
         }
     }
 }

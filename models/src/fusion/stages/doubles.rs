@@ -99,8 +99,10 @@ pub(in crate::fusion) fn merge_duplicates(
                 return;
             }
             let other = &tracks[seen[old] as usize];
-            // A track with a name of its own is a target of its own.
-            let double = if nameless {
+            // A track with a name of its own is a target of its own, unless that one was heard no more before the other began on it.
+            let double = if has_another_name(candidate, other, shown[young].time) {
+                (shown[old].velocity_mps - velocity).norm() < alike
+            } else if nameless {
                 (other.serial < candidate.serial || other.entry.is_some())
                     && (shown[old].velocity_mps - velocity).norm() < alike
                     && on_body(other, positions[old], position, config.duplicate_radius_m)
@@ -119,16 +121,28 @@ pub(in crate::fusion) fn merge_duplicates(
         };
         let other = &tracks[seen[old] as usize];
         let beside = !nameless || beside(candidate, other);
-        let known = !nameless || other.size_m.or_else(|| other.extent.size_m()).is_some();
+        let renamed = has_another_name(candidate, other, shown[young].time);
+        let known =
+            !(nameless || renamed) || other.size_m.or_else(|| other.extent.size_m()).is_some();
         let prior = if beside { BORN_BESIDE } else { CAME_FROM_ELSEWHERE };
         let before = candidate.twin.filter(|before| before.serial == serial);
         let said = if beside && known { ON_KNOWN_BODY } else { look(candidate, other, since) };
         let odds = (before.map_or(prior, |before| before.odds) + said).max(CAME_FROM_ELSEWHERE);
-        let candidate = &mut tracks[seen[young] as usize];
-        candidate.twin = Some(Twin { serial, odds });
-        if odds >= ONE_TARGET {
-            candidate.stage = Stage::Ended;
-            statistics.merged += 1;
+        tracks[seen[young] as usize].twin = Some(Twin { serial, odds });
+        if odds < ONE_TARGET {
+            continue;
+        }
+        statistics.merged += 1;
+        if renamed
+            && let Ok([mine, theirs]) =
+                tracks.get_disjoint_mut([seen[young] as usize, seen[old] as usize])
+        {
+            // The elder goes on, by the name that is heard now.
+            mine.take_name_of(theirs);
+            mine.limits = config.limits_of(None);
+            (mine.twin, theirs.stage) = (None, Stage::Ended);
+        } else {
+            tracks[seen[young] as usize].stage = Stage::Ended;
         }
     }
 }
@@ -199,6 +213,23 @@ fn look(candidate: &Track, other: &Track, since: Option<SimTime>) -> f64 {
         _ => SEEN_AS_ONE,
     }
 }
+
+/// Whether a target calls itself otherwise by now: `other` began on it with a name when the one of `track` was heard no more.
+fn has_another_name(track: &Track, other: &Track, now: SimTime) -> bool {
+    let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
+    let silent_s = SILENT * track.named_every_s;
+    named(track)
+        && named(other)
+        && track.serial < other.serial
+        && !same_name(track, other)
+        && track.named_at < other.born
+        && now.since_s(track.named_at) > silent_s
+        && now.since_s(other.named_at) <= SILENT * other.named_every_s
+        && beside(track, other)
+}
+
+/// A name that has not been heard for so many of its intervals is heard no more (assumed).
+const SILENT: f64 = 10.0;
 
 /// Two tracks of one name this near are one target, m.
 const NAMESAKES_M: f64 = 60.0;

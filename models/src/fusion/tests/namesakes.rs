@@ -125,3 +125,29 @@ fn a_doubted_name_has_no_address_either() {
         }
     }
 }
+
+/// Who calls himself otherwise from some time on is one target with the new name, not a second one beside the old.
+#[test]
+fn who_changes_his_name_is_one_track_with_the_new_one() {
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        let mut tracker = Tracker::new(config);
+        for k in 1..=120_u32 {
+            let t = f64::from(k);
+            let mut plots = seen(k);
+            let mut own = report(5, SensorKind::Adsb, t - 0.3, 1, place(0, t - 0.3));
+            if k >= 40 {
+                own.identity = Some(Identity::Callsign(Callsign::new("XYZ2")));
+            }
+            plots.push(own);
+            let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            if k == 39 {
+                assert_eq!(nearest(&tracks, place(0, t)).callsign(), Some(name()));
+            }
+            if k >= 70 {
+                assert_eq!(tracks.len(), 2, "{k}");
+                let mine = nearest(&tracks, place(0, t));
+                assert_eq!(mine.callsign(), Some(Callsign::new("XYZ2")), "{k}");
+            }
+        }
+    }
+}
