@@ -265,6 +265,31 @@ fn a_plot_of_exactly_three_scans_is_taken_once() {
     assert_eq!(times_ms(&scan_of(&mut inlets, &scene, 8)), [0_i64; 0]);
 }
 
+/// Two plots of one stamp are told apart by their numbers in the tracker too, when the second comes a scan late.
+#[test]
+fn late_plots_of_a_time_that_another_had_are_none_of_its_copies() {
+    let own = radar_alone("zurich");
+    let scene = theirs(&own, foreign(live(), &[10], None));
+    let start = scene.run.start_utc_ns;
+    let mut inlets = inlets_of(&scene);
+    let mut tracker = models::fusion::Tracker::new(scene.tracking_config());
+    for scan in 1..=6_u64 {
+        let to = scan as f64;
+        let mut take = |arrived_s: f64, time_s: f64, north_m: f64| {
+            let octets = plot_at(&scene, time_s, [100.0, north_m]);
+            assert!(inlets.take(&plots(arrived_s, &scene, octets), start));
+        };
+        take(to - 0.25, to - 0.5, 50.0);
+        if scan > 1 {
+            take(to - 0.25, to - 1.5, 900.0);
+        }
+        let sink = scan_of(&mut inlets, &scene, scan);
+        tracker.scan(SimTime::from_s(to), &sink.plots, &models::flight_list::FlightList::default());
+    }
+    let counted = tracker.statistics();
+    assert_eq!((counted.plots, counted.duplicates, counted.too_late), (11, 0, 0));
+}
+
 #[test]
 fn a_position_without_a_deviation_has_that_of_the_scene() {
     let own = radar_alone("zurich");

@@ -75,6 +75,8 @@ struct Inlet {
     waiting: BTreeMap<Name, Plot>,
     /// Names of those that one has had, as long as they could come again.
     had: BTreeSet<Name>,
+    /// Number of the next plot, counted through: two plots of one time are two, however late the second comes.
+    sequence: u32,
 }
 
 /// What makes a plot the same one: time and place, to the bit, and who.
@@ -104,6 +106,7 @@ impl Inlets {
                 shift_ns: None,
                 waiting: BTreeMap::new(),
                 had: BTreeSet::new(),
+                sequence: 0,
             };
             inlets.inlets.insert(sensor.id, inlet);
             if let ForeignSource::Recording { path, octets } = &foreign.source {
@@ -192,7 +195,6 @@ impl Inlets {
         let Some(inlet) = self.inlets.get_mut(&id) else { return };
         let scan_ns = interval.to.0 - interval.from.0;
         let oldest = SimTime(interval.to.0.saturating_sub(OLDEST_SCANS * scan_ns));
-        let mut sequence = 0;
         while let Some((name, plot)) = inlet.waiting.pop_first() {
             if plot.time > interval.to {
                 inlet.waiting.insert(name, plot);
@@ -202,10 +204,10 @@ impl Inlets {
                 *self.refused.entry("a plot older than three scans").or_default() += 1;
                 continue;
             }
-            sink.plots.push(Plot { sensor: id, sequence, ..plot });
+            sink.plots.push(Plot { sensor: id, sequence: inlet.sequence, ..plot });
             sink.causes.push(Cause::default());
             inlet.had.insert(name);
-            sequence += 1;
+            inlet.sequence = inlet.sequence.wrapping_add(1);
             self.taken += 1;
         }
         while inlet.had.first().is_some_and(|(time, ..)| *time < oldest) {
