@@ -1,6 +1,6 @@
 //! The JSON line with which a run ends.
 
-use crate::exchange::ASSOCIATION;
+use crate::exchange::{ASSOCIATION, TRACKER};
 use crate::federation::is_front_end;
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::combine;
@@ -55,6 +55,10 @@ pub struct RunSummary {
     /// their tracks, of how many of these the marginals have bounds, and for how many these make one pair certain; absent where none was.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub association: BTreeMap<String, u64>,
+    /// What the tracker did instead of its plain work, or refused: plots that were copies, too late or unsound, starts and
+    /// confirmations without room, names on two tracks, labels taken back, what its budget cut; absent where nothing was.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub tracker: BTreeMap<String, u64>,
     /// Faults; empty when all went well.
     pub faults: Vec<String>,
     /// True if a datagram from outside the federation took effect; absent if none did, as what follows.
@@ -209,9 +213,10 @@ fn measures_of(run: &ClosedRun) -> BTreeMap<String, f64> {
     values.filter_map(|(key, x)| Some((key.strip_prefix(MEASURE)?.to_owned(), *x))).collect()
 }
 
-fn association_of(run: &ClosedRun) -> BTreeMap<String, u64> {
+/// Counts whose names begin so, by the rest of their names.
+fn counts_of(run: &ClosedRun, begin: &str) -> BTreeMap<String, u64> {
     let values = run.reports.iter().flat_map(|r| &r.values);
-    values.filter_map(|(k, n)| Some((k.strip_prefix(ASSOCIATION)?.to_owned(), *n as u64))).collect()
+    values.filter_map(|(k, n)| Some((k.strip_prefix(begin)?.to_owned(), *n as u64))).collect()
 }
 
 /// What members found wrong in what is simulated: a ring of movers that wait for each other, with its time.
@@ -294,7 +299,8 @@ impl RunSummary {
                 .filter(|labels| *labels > 0.0)
                 .and_then(|_| one("wrong_labels"))
                 .map(|n| n as u64),
-            association: association_of(run),
+            association: counts_of(run, ASSOCIATION),
+            tracker: counts_of(run, TRACKER),
             faults: [run.reasons.clone(), faults_of(run)].concat(),
             external: foreign.is_some(),
             visitors: foreign.as_ref().map(|_| sum("visitors") as u64),
@@ -338,11 +344,16 @@ mod tests {
         assert_eq!(summary.faults, ["gateway is lost", told]);
         assert!(summary.line().contains(told));
         assert_eq!(summary.measures.get("fuel, kg"), Some(&812.5));
-        assert!(!summary.line().contains("association"));
-        let smdfm = [("association_tracks", 40.0), ("association_certain", 31.0)];
+        assert!(!summary.line().contains("association") && !summary.line().contains("tracker"));
+        let smdfm = [
+            ("association_tracks", 40.0),
+            ("association_certain", 31.0),
+            ("tracker_too_late", 3.0),
+        ];
         run.reports.push(report("smdfm", &smdfm));
         let line = RunSummary::of(&run, "zurich", 50_000_000).line();
         assert!(line.contains(r#""association":{"certain":31,"tracks":40}"#), "{line}");
+        assert!(line.contains(r#""tracker":{"too_late":3}"#), "{line}");
         run.reports.truncate(0);
         assert_eq!(RunSummary::of(&run, "zurich", 50_000_000).faults, ["gateway is lost"]);
     }

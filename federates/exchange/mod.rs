@@ -18,3 +18,6 @@ pub mod weather_pdu;
 
 /// Begin of the name of a measure of joint association, which the last line gathers.
 pub const ASSOCIATION: &str = "association_";
+
+/// Begin of the name of a count of what the tracker did instead of its plain work, or refused; the last line gathers these.
+pub const TRACKER: &str = "tracker_";

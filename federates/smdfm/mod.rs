@@ -247,7 +247,7 @@ impl Federate for Smdfm {
             took_us: took_ns / 1000,
         });
         report.measures.extend(self.intake.truth.clocks().take(MOST_CLOCKS));
-        report.measures.extend(report::association_values(self.tracker.statistics()));
+        report.measures.extend(report::tracker_values(self.tracker.statistics()));
         if !self.inlets.is_empty() {
             report.measures.push(("foreign_plots".into(), self.inlets.taken() as f64));
         }
@@ -278,7 +278,7 @@ impl Federate for Smdfm {
     fn finish(&mut self, report: &mut FinalReport) {
         self.digests.finish(self.intake.truth.visitors_ever(), report);
         report.values.extend(self.evaluation.values());
-        report.values.extend(report::association_values(self.tracker.statistics()));
+        report.values.extend(report::tracker_values(self.tracker.statistics()));
         if !self.inlets.is_empty() {
             report.values.push(("foreign_plots".into(), self.inlets.taken() as f64));
         }

@@ -2,7 +2,7 @@
 
 use super::evaluation::Evaluation;
 use super::received_truth::View;
-use crate::exchange::ASSOCIATION;
+use crate::exchange::{ASSOCIATION, TRACKER};
 use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
 use models::frames::Point2;
@@ -260,10 +260,10 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
     }
 }
 
-/// What joint association did where a cluster was too large for its exact form, since the run began, for the measures of a scan and of
-/// the run; nothing where none was.
-pub fn association_values(counted: &Statistics) -> Vec<(String, f64)> {
-    let named = [
+/// What joint association did where a cluster was too large for its exact form, and what else the tracker did instead of its plain
+/// work or refused, since the run began, for the measures of a scan and of the run; nothing where none was.
+pub fn tracker_values(counted: &Statistics) -> Vec<(String, f64)> {
+    let association = [
         ("large_clusters", counted.large_clusters),
         ("largest_cluster", counted.largest_cluster),
         ("sweeps", counted.sweeps),
@@ -271,8 +271,30 @@ pub fn association_values(counted: &Statistics) -> Vec<(String, f64)> {
         ("certified", counted.certified),
         ("certain", counted.certain),
     ];
-    let named = named.into_iter().filter(|_| counted.large_clusters > 0);
-    named.map(|(name, count)| (format!("{ASSOCIATION}{name}"), count as f64)).collect()
+    let cut = counted.light_scans + counted.merged_updates > 0;
+    let others = [
+        ("duplicates", counted.duplicates),
+        ("too_late", counted.too_late),
+        ("unsound", counted.unsound),
+        ("no_room", counted.no_room),
+        ("no_number", counted.no_number),
+        ("identity_conflicts", counted.identity_conflicts),
+        ("label_revisions", counted.label_revisions),
+        ("not_positive_definite", counted.not_positive_definite),
+        ("crowded", counted.crowded),
+        ("paired_by_rank", counted.paired_by_rank),
+        ("light_scans", counted.light_scans),
+        ("merged_updates", counted.merged_updates),
+        // Of the dearest scan, where the budget did not bear it.
+        ("most_evaluations", if cut { counted.most_evaluations } else { 0 }),
+        ("clock_resets", counted.clock_resets),
+    ];
+    let association = association.into_iter().filter(|_| counted.large_clusters > 0);
+    let others = others.into_iter().filter(|(_, count)| *count > 0);
+    let named = |begin: &'static str| {
+        move |(name, count): (&str, u64)| (format!("{begin}{name}"), count as f64)
+    };
+    association.map(named(ASSOCIATION)).chain(others.map(named(TRACKER))).collect()
 }
 
 /// A line of the plan: sensor, effect, called for by, bound, decision.
@@ -289,4 +311,41 @@ pub fn plan_line(row: &PlanRow) -> [String; 5] {
         format!("{:?}, {:.0} ns", row.level, row.cost_ns).to_lowercase()
     };
     [row.sensor.0.to_string(), row.effect.to_owned(), row.called_for.clone(), bound, decision]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// What a run did plainly is not told, all else is, and by a name of its own.
+    #[test]
+    fn whatever_the_tracker_refused_or_cut_is_told() {
+        let plain =
+            Statistics { scans: 9, plots: 80, gate_1: 70, late: 2, ..Statistics::default() };
+        assert!(tracker_values(&plain).is_empty());
+        let counted = Statistics { duplicates: 4, most_evaluations: 900, ..plain };
+        assert_eq!(tracker_values(&counted), [("tracker_duplicates".to_owned(), 4.0)]);
+        let counted = Statistics {
+            too_late: 1,
+            unsound: 2,
+            no_room: 3,
+            no_number: 4,
+            identity_conflicts: 5,
+            label_revisions: 6,
+            not_positive_definite: 7,
+            crowded: 8,
+            paired_by_rank: 9,
+            light_scans: 10,
+            merged_updates: 11,
+            clock_resets: 12,
+            large_clusters: 13,
+            ..counted
+        };
+        let told: BTreeMap<String, f64> = tracker_values(&counted).into_iter().collect();
+        let of = |begin: &str| told.keys().filter(|name| name.starts_with(begin)).count();
+        assert_eq!((of(TRACKER), of(ASSOCIATION)), (14, 6));
+        let sum: f64 = told.values().sum();
+        assert_eq!(sum, f64::from((1..=13).sum::<u32>() + 4 + 900));
+    }
 }
