@@ -119,7 +119,7 @@ impl Conductor {
             // Where members are late, their frame ends move time, not this clock.
             next = next.min(if at + LATE_NS < now { now + LATE_NS } else { at });
         }
-        if self.mustering {
+        if self.mustering && !self.members.is_empty() {
             next = next.min(self.last_muster + MUSTER_EVERY_NS);
         }
         next.max(now + 100_000)

@@ -11,6 +11,7 @@ use crate::runtime::views::Views;
 use scenarios::losses::{Losses, stall_flag};
 use std::collections::BTreeMap;
 
+mod commands;
 mod differences;
 mod ends;
 mod returns;
@@ -25,6 +26,8 @@ struct Hand {
     orders: Vec<Order>,
     reached: Vec<Phase>,
     closed: Vec<ClosedRun>,
+    /// What operators were answered.
+    answers: Vec<(bool, String)>,
     /// What was said of the run last.
     words: String,
 }
@@ -42,6 +45,33 @@ fn hello(name: &str, instance: u128) -> Hello {
     }
 }
 
+fn config(losses: Losses, window: Frame, through_router: bool) -> ConductorConfig {
+    ConductorConfig {
+        scene: "toy".into(),
+        scene_hash: 1,
+        version: "v".into(),
+        expected: vec![WORLD.into(), SMDFM.into()],
+        producers: vec![WORLD.into()],
+        optional: Vec::new(),
+        generators: 1,
+        seed: 7,
+        step_ns: 50 * MS as i64,
+        start_utc_ns: 0,
+        last_frame: 1_000,
+        rate: 1.0,
+        autostart: true,
+        batch: false,
+        await_spectators: Vec::new(),
+        await_spectators_ns: 0,
+        window,
+        closes: None,
+        front_ends: BTreeMap::new(),
+        through_router,
+        fed: 7,
+        losses,
+    }
+}
+
 impl Hand {
     /// Both have joined and are ready, and the run has been granted frame 3.
     fn running(losses: Losses) -> Self {
@@ -49,34 +79,12 @@ impl Hand {
     }
 
     fn with(losses: Losses, window: Frame, through_router: bool) -> Self {
-        let conductor = Conductor::new(ConductorConfig {
-            scene: "toy".into(),
-            scene_hash: 1,
-            version: "v".into(),
-            expected: vec![WORLD.into(), SMDFM.into()],
-            producers: vec![WORLD.into()],
-            optional: Vec::new(),
-            generators: 1,
-            seed: 7,
-            step_ns: 50 * MS as i64,
-            start_utc_ns: 0,
-            last_frame: 1_000,
-            rate: 1.0,
-            autostart: true,
-            batch: false,
-            await_spectators: Vec::new(),
-            await_spectators_ns: 0,
-            window,
-            closes: None,
-            front_ends: BTreeMap::new(),
-            through_router,
-            fed: 7,
-            losses,
-        });
+        let conductor = Conductor::new(config(losses, window, through_router));
         let (incs, seqs) = (BTreeMap::new(), BTreeMap::new());
         let (orders, reached, closed) = (Vec::new(), Vec::new(), Vec::new());
-        let words = String::new();
-        let mut hand = Self { conductor, now: S, incs, seqs, orders, reached, closed, words };
+        let (answers, words) = (Vec::new(), String::new());
+        let mut hand =
+            Self { conductor, now: S, incs, seqs, orders, reached, closed, answers, words };
         for (name, hears) in [(WORLD, vec![]), (SMDFM, vec![WORLD.to_owned()])] {
             hand.accept(hello(name, 1), name);
             let present = Report::Present { hears, consumes: name == SMDFM };
@@ -128,6 +136,7 @@ impl Hand {
                 Effect::Order(order) => self.orders.push(order.body),
                 Effect::Reached { phase, .. } => self.reached.push(phase),
                 Effect::Closed(run) => self.closed.push(*run),
+                Effect::Answer(_, answer) => self.answers.push((answer.ok, answer.text)),
                 Effect::State(state) => self.words = state.reasons.join("; "),
                 _ => {}
             }

@@ -5,7 +5,7 @@ use crate::runtime::messages::FinalReport;
 
 impl Hand {
     /// A run that was stopped at frame 3, and of which nobody has told results.
-    fn stopped(losses: Losses) -> Self {
+    pub(super) fn stopped(losses: Losses) -> Self {
         let mut hand = Self::running(losses);
         hand.command(Command::Stop);
         for name in [WORLD, SMDFM] {
@@ -15,7 +15,7 @@ impl Hand {
         hand
     }
 
-    fn results(&mut self, name: &'static str) {
+    pub(super) fn results(&mut self, name: &'static str) {
         let report = FinalReport { run: 1, name: name.into(), frame: 3, ..Default::default() };
         self.say(name, Report::Final(Box::new(report)));
     }
