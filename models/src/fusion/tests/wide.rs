@@ -74,7 +74,7 @@ fn who_tells_his_place_badly_has_one_track() {
                             (sigma_m * sigma_m, sigma_m * sigma_m);
                         let name = Identity::Callsign(Callsign::new("CAR1"));
                         report.identity = named.then_some(name);
-                        (!every_tenth_fails || k < 10 || k % 10 != 0).then_some(report)
+                        (!every_tenth_fails || k < 10 || !k.is_multiple_of(10)).then_some(report)
                     };
                     let (tracks, missing) = lives(&config, 100, 6.0, told);
                     let name = format!(
