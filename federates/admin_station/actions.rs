@@ -32,7 +32,8 @@ fn reliable(reliability: Reliability, form: Form) -> Form {
 /// What a PDU asks for; none if it asks for nothing that concerns the run.
 pub(super) fn wanted(body: &Body<'_>) -> Option<Wanted> {
     let wanted = |from, request_id, form, to, commands, at_utc_ns| {
-        Some(Wanted { request: RequestId { from, request_id, form }, to, commands, at_utc_ns })
+        let request = RequestId::new(from, request_id, form, body);
+        Some(Wanted { request, to, commands, at_utc_ns })
     };
     const START: AcknowledgeFlag = AcknowledgeFlag::START_RESUME;
     const STOP: AcknowledgeFlag = AcknowledgeFlag::STOP_FREEZE;
@@ -204,7 +205,7 @@ pub(super) fn answer(
     response_flag: ResponseFlag,
     answer: Option<&Answer>,
 ) -> Result<Vec<u8>, EncodeError> {
-    let RequestId { from: receiving_id, request_id, form } = request;
+    let RequestId { from: receiving_id, request_id, form, .. } = request;
     let able = response_flag == ResponseFlag::ABLE_TO_COMPLY;
     let request_status = match form {
         _ if able => RequestStatus::COMPLETE,

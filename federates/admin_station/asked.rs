@@ -6,11 +6,13 @@
 
 use super::Event;
 use crate::runtime::clock::{monotonic_ns, utc_ns};
+use crate::runtime::digest::pdu_hash;
 use crate::runtime::messages::{Answer, Command};
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
 use pdu::enumerations::{AcknowledgeFlag, RequestStatus, ResponseFlag};
 use pdu::records::EntityId;
+use pdu::{Body, DisTime, Envelope};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -37,9 +39,29 @@ pub(super) struct RequestId {
     pub(super) from: EntityId,
     /// Its number.
     pub(super) request_id: u32,
+    /// A hash of all that it asks: tools that begin again, or never count, have used the number before.
+    pub(super) asked: u64,
     /// How it is answered.
     pub(super) form: Form,
 }
+
+impl RequestId {
+    /// Of a request as it came.
+    pub(super) fn new(from: EntityId, request_id: u32, form: Form, body: &Body<'_>) -> Self {
+        let mut octets = Vec::new();
+        // What was decoded can be encoded.
+        let _ = Envelope::new(0, DisTime::default()).append(body, &mut octets);
+        Self { from, request_id, asked: pdu_hash(&octets), form }
+    }
+
+    /// What a repeated request has in common with the one before.
+    pub(super) fn key(&self) -> Key {
+        (self.from, self.request_id, self.asked)
+    }
+}
+
+/// What tells one request from another: who asks, its number, and what it asks.
+pub(super) type Key = (EntityId, u32, u64);
 
 /// The PDU that answers a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,9 +92,9 @@ pub(super) struct Answered(Arc<Mutex<Answers>>);
 #[derive(Default)]
 struct Answers {
     /// `None` while the answer is awaited.
-    by_request: BTreeMap<(EntityId, u32), Option<ResponseFlag>>,
+    by_request: BTreeMap<Key, Option<ResponseFlag>>,
     /// Those that have an answer, the oldest first.
-    settled: VecDeque<(EntityId, u32)>,
+    settled: VecDeque<Key>,
     pending: usize,
 }
 
@@ -93,7 +115,7 @@ impl Answered {
     /// Takes a request.
     pub(super) fn take(&self, request: RequestId) -> Taken {
         let mut answers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (request.from, request.request_id);
+        let key = request.key();
         match answers.by_request.get(&key) {
             Some(None) => Taken::UnderWay,
             Some(Some(response)) => Taken::Again(Some(*response)),
@@ -109,13 +131,13 @@ impl Answered {
     /// Whether this was asked before.
     pub(super) fn knows(&self, request: RequestId) -> bool {
         let answers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        answers.by_request.contains_key(&(request.from, request.request_id))
+        answers.by_request.contains_key(&request.key())
     }
 
     /// Notes the answer to a request taken before.
     pub(super) fn settle(&self, request: RequestId, response: ResponseFlag) {
         let mut answers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (request.from, request.request_id);
+        let key = request.key();
         if answers.by_request.insert(key, Some(response)) == Some(None) {
             answers.pending -= 1;
             answers.settled.push_back(key);
@@ -223,6 +245,7 @@ mod tests {
         RequestId {
             from: EntityId::new(77, 1, 0),
             request_id: number,
+            asked: 0,
             form: Form::Acknowledge(AcknowledgeFlag::STOP_FREEZE),
         }
     }

@@ -4,7 +4,7 @@
 //!
 //! No I/O and no clock: bodies and times in, octets out. It knows the run as the conductor last told it.
 
-use super::asked::{Answered, Form, RequestId, Taken};
+use super::asked::{Answered, Form, Key, RequestId, Taken};
 use super::created::{self, Created};
 use super::participants::Participants;
 use crate::runtime::life_cycle::Phase;
@@ -76,7 +76,7 @@ pub(super) struct Desk {
     created: Created,
     participants: Participants,
     queries: Vec<Query>,
-    echoes: VecDeque<((EntityId, u32), Vec<u8>)>,
+    echoes: VecDeque<(Key, Vec<u8>)>,
     next_request: u32,
     /// Reasons that were told of.
     told: Vec<String>,
@@ -232,7 +232,7 @@ impl Desk {
         request: RequestId,
         response_flag: ResponseFlag,
     ) -> Result<Option<Vec<u8>>, EncodeError> {
-        let RequestId { from: receiving_id, request_id, form } = request;
+        let RequestId { from: receiving_id, request_id, form, .. } = request;
         let originating_id = self.id;
         let octets = match form {
             Form::Acknowledge(acknowledge_flag) => self.encoded(&Acknowledge {
@@ -261,7 +261,7 @@ impl Desk {
         fixed: &List<'_, FixedDatum>,
         variable: &List<'_, VariableDatum<'_>>,
     ) -> Result<Out, EncodeError> {
-        let key = (request.from, request.request_id);
+        let key = request.key();
         if let Some((_, octets)) = self.echoes.iter().find(|(of, _)| *of == key) {
             return Ok(vec![octets.clone()]);
         }
@@ -289,7 +289,7 @@ impl Desk {
         // SISO-REF-010: datum identifiers of free text are the user's own; 0 says nothing.
         values.push((DatumId(0), text.into_bytes()));
         let variable: Vec<_> = values.iter().map(|(id, v)| VariableDatum::new(*id, v)).collect();
-        let RequestId { from: receiving_id, request_id, form } = request;
+        let RequestId { from: receiving_id, request_id, form, .. } = request;
         match form {
             Form::Data => self
                 .encoded(&Data {
@@ -589,7 +589,7 @@ fn about<'a>(body: &'a Body<'a>) -> Option<About<'a>> {
         }
         _ => return None,
     };
-    Some(About { request: RequestId { from, request_id, form }, to, what })
+    Some(About { request: RequestId::new(from, request_id, form, body), to, what })
 }
 
 #[cfg(test)]

@@ -442,6 +442,45 @@ mod tests {
         assert_eq!(stop(tool, other, 5, "10.0.0.9"), (0, 2), "asked of another run");
     }
 
+    /// A tool whose requests all have the number 1.
+    #[test]
+    fn what_is_asked_under_a_number_of_before_is_carried_out() {
+        let id = EntityId::new(1, WORLD_APPLICATION, 0);
+        let envelope: Enveloper = Arc::new(|_| Envelope::new(1, pdu::DisTime::default()));
+        let created = Created::new(1, BTreeSet::new());
+        let (operator, asked) = crossbeam_channel::unbounded();
+        let mut requests = Requests {
+            sender: Arc::new(|_: &[u8]| {}),
+            desk: Arc::new(Mutex::new(Desk::new(id, Arc::clone(&envelope), created))),
+            envelope,
+            id,
+            operator,
+            answered: Answered::default(),
+            neighbours: BTreeSet::new(),
+        };
+        let (originating_id, request_id) = (EntityId::new(9, 7, 0), 1);
+        let stop = StopFreeze {
+            originating_id,
+            receiving_id: id,
+            reason: StopReason::RECESS,
+            request_id,
+            ..StopFreeze::default()
+        };
+        let start = StartResume {
+            originating_id,
+            receiving_id: id,
+            request_id,
+            real_world_time: ClockTime::default(),
+            simulation_time: ClockTime::default(),
+        };
+        let ended = StopFreeze { reason: StopReason::TERMINATION, ..stop };
+        let bodies = [Body::from(stop), Body::from(start), Body::from(ended)];
+        for body in bodies.iter().flat_map(|body| [(body, 1), (body, 0)]) {
+            requests.consider(body.0);
+            assert_eq!(asked.try_iter().count(), body.1, "{body:?}");
+        }
+    }
+
     #[test]
     fn only_this_host_commands() {
         for (from, may) in [

@@ -351,6 +351,26 @@ fn a_start_at_another_simulated_time_is_refused_while_time_stands() {
     assert!(desk.starts_here(at(1_000_000_000)), "frame 20 is 1 s");
     assert!(desk.starts_here(ClockTime::default()), "nothing is said of it");
     assert!(!desk.starts_here(at(1_050_000_000)) && !desk.starts_here(at(0)));
-    desk.stated(0, &state(Phase::Configured, 0)).expect("encodes");
-    assert!(desk.starts_here(at(1_050_000_000)), "a run begins with its scene's time");
+    desk.stated(0, &RunState { start_utc_ns: 3_600_000_000_000, ..state(Phase::Configured, 0) })
+        .expect("encodes");
+    assert!(!desk.starts_here(at(1_050_000_000)), "a run begins with its scene's time");
+    assert!(desk.starts_here(at(0)) && desk.starts_here(at(20_000_000)), "which is that");
+}
+
+/// A tool that begins again, or never counts, uses a number for another request.
+#[test]
+fn a_number_that_is_used_again_is_another_request() {
+    let (mut desk, answered) = desk(Phase::Running);
+    let able = "0001fde80000004d000100000001000100000007";
+    for entity in ["0bb8", "0bba"] {
+        let create = CREATE.replace("0bb8", entity);
+        assert_eq!(body(ask(&mut desk, &answered, &create)), able, "{entity}");
+        assert_eq!(body(ask(&mut desk, &answered, &create)), able, "{entity}: the same again");
+        let id = u16::from_str_radix(entity, 16).expect("digits");
+        assert!(desk.created.has(EntityId::new(1, 3, id)), "{entity} is there");
+    }
+    let mut tug =
+        |marking: &str| body(ask(&mut desk, &answered, &SET.replace("5455472031", marking)));
+    let told: Vec<String> = ["5455472031", "5455472032", "5455472031"].map(&mut tug).into();
+    assert!(told[1].contains("5455472032") && told[0] == told[2], "{told:?}");
 }
