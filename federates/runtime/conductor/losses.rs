@@ -3,7 +3,7 @@
 use super::{Conductor, Effect, Fault, MemberEntry, MemberLog, OnLoss, Token, Why};
 use crate::runtime::clock::WallNs;
 use crate::runtime::digest::content;
-use crate::runtime::life_cycle::Phase;
+use crate::runtime::life_cycle::{Phase, Transition};
 use crate::runtime::messages::{
     Accepted, Frame, Hello, Kind, Order, ProducerAt, Return, Standing, Welcome,
 };
@@ -223,7 +223,15 @@ impl Conductor {
         let survivors: Vec<_> = self.roster.iter().filter(alive).cloned().collect();
         let order = self.views.lose(now, name, inc, absent, &survivors);
         self.say(order, effects);
-        self.fail_pending(effects);
+        if !absent {
+            // Time stands for it. Who asked for an end of the run gets that all the same, and hears of it then.
+            let ends = |what: &Transition| matches!(what, Transition::Stop | Transition::Restart);
+            let pending = std::mem::take(&mut self.pending).into_iter();
+            let (kept, failed) = pending.partition(|(_, what)| ends(what));
+            self.pending = failed;
+            self.fail_pending(effects);
+            self.pending = kept;
+        }
         self.settle_views(now, effects);
     }
 
