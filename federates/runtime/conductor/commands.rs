@@ -61,6 +61,9 @@ impl Conductor {
                 } else {
                     self.phase = Phase::Running;
                     self.running_since = Some(now);
+                    let reached =
+                        Effect::Reached { phase: self.phase, frame: self.granted, why: None };
+                    effects.push(reached);
                     let target = self.granted.saturating_add(n).min(self.config.last_frame);
                     self.goal = Goal::Freeze(target);
                     self.pending.push((token, Transition::Freeze));

@@ -50,3 +50,20 @@ fn a_stop_that_meets_a_loss_stops() {
         assert_eq!(hand.answers, [(true, "stopped".to_owned())], "{policy}");
     }
 }
+
+/// A recording has its scene and seed from what is told when a run begins.
+#[test]
+fn a_run_that_begins_with_a_step_is_told_as_one_that_is_started() {
+    let mut hand = Hand::stopped(Losses::default());
+    for name in [WORLD, SMDFM] {
+        hand.results(name);
+    }
+    hand.command(Command::Restart);
+    for name in [WORLD, SMDFM] {
+        hand.say(name, Report::Ready { run: 2, at: None });
+    }
+    assert_eq!(hand.conductor.phase(), Phase::Configured);
+    let before = hand.reached.len();
+    hand.command(Command::Step { n: 2 });
+    assert_eq!(hand.reached[before..], [Phase::Running]);
+}
