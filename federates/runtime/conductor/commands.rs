@@ -45,7 +45,10 @@ impl Conductor {
                     }
                     self.settle(now, effects);
                 }
-                Err(e) => effects.push(refused(self, e)),
+                Err(e) => match self.fault_blocks().filter(|_| self.phase == Phase::Frozen) {
+                    Some(why) => effects.push(Effect::Answer(token, self.answer(false, &why))),
+                    None => effects.push(refused(self, e)),
+                },
             },
             Command::Step { n } => {
                 let can = steps(self.phase);

@@ -67,3 +67,17 @@ fn a_run_that_begins_with_a_step_is_told_as_one_that_is_started() {
     hand.command(Command::Step { n: 2 });
     assert_eq!(hand.reached[before..], [Phase::Running]);
 }
+
+#[test]
+fn no_command_is_named_that_is_refused() {
+    let mut hand = Hand::running(Losses::default());
+    hand.ends(WORLD, 0, 3);
+    hand.lose_smdfm();
+    hand.answers.clear();
+    for command in [Command::Freeze, Command::Step { n: 1 }, Command::Start] {
+        hand.command(command);
+    }
+    let [freeze, step, start] = &hand.answers[..] else { panic!("{:?}", hand.answers) };
+    assert!(freeze == step && step == start, "{:?}", hand.answers);
+    assert!(freeze.1.contains("possible now: start smdfm again"), "{}", freeze.1);
+}
