@@ -4,6 +4,7 @@
 
 mod actions;
 mod asked;
+mod awaiting;
 mod balance;
 #[cfg(test)]
 mod clock_tests;

@@ -1,5 +1,6 @@
 //! The station at work: events in, what the conductor decides out; one turn of the loop is one tick of the conductor.
 
+use super::awaiting::Awaiting;
 use super::balance::Balance;
 use super::statistics::Statistics;
 use super::summary::RunDigests;
@@ -87,10 +88,9 @@ pub(super) struct Station {
     /// The question of the standby that waits for more of the journal, by its number.
     standby: Option<(u64, Request)>,
     broken: Vec<String>,
-    started: WallNs,
+    awaiting: Awaiting,
     next_beat: WallNs,
     next_status: WallNs,
-    said_awaiting: bool,
     /// Since when the run is to stop.
     stopping: Option<WallNs>,
     /// The code with which the process is to end.
@@ -140,7 +140,7 @@ impl Station {
             bus,
             send,
             fed: lead.conductor().fed(),
-            started: lead.now(monotonic_ns()),
+            awaiting: Awaiting::new(lead.now(monotonic_ns())),
             lead,
             log,
             retained: Retained::default(),
@@ -162,7 +162,6 @@ impl Station {
             broken: Vec::new(),
             next_beat: 0,
             next_status: 0,
-            said_awaiting: false,
             stopping: None,
             exit: None,
             balance: context.balance.then(Balance::default),
@@ -488,7 +487,7 @@ impl Station {
     /// Says for whom it waits, and gives up in batch.
     fn wait_for_members(&mut self, now: WallNs) {
         let conductor = self.lead.conductor();
-        let waited = Duration::from_nanos(now - self.started);
+        let waited = self.awaiting.waited(now, conductor.phase());
         if conductor.phase() != Phase::Init || waited <= self.patience.min(SAY_AWAITING) {
             return;
         }
@@ -509,8 +508,8 @@ impl Station {
         if self.batch && waited > self.patience {
             tracing::error!("{text}");
             self.exit = Some(1);
-        } else if !self.said_awaiting {
-            self.said_awaiting = true;
+        } else if !self.awaiting.said {
+            self.awaiting.said = true;
             tracing::warn!("{text}");
         }
     }
