@@ -126,7 +126,7 @@ impl Desk {
         let at_ns = self.state.start_utc_ns + self.state.frame as i64 * self.state.step_ns;
         let off_ns = i128::from(simulation_time.unix_nanos()) - i128::from(at_ns);
         let silent = simulation_time == ClockTime::default();
-        let stands = self.state.phase == Phase::Frozen;
+        let stands = matches!(self.state.phase, Phase::Configured | Phase::Frozen);
         silent || !stands || 2 * off_ns.abs() <= i128::from(self.state.step_ns)
     }
 
