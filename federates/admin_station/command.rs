@@ -2,7 +2,9 @@
 
 use super::operate::{Operate, operate_run};
 use super::simman::Gateway;
-use super::{AdminContext, Event, STANDBY, STATION, Succeeds, standby, summary::RunSummary};
+use super::{
+    AdminContext, Event, PhaseHook, STANDBY, STATION, Succeeds, standby, summary::RunSummary,
+};
 use crate::federation::{GATEWAY, MOST_SMDFMS, RunOptions, conductor_config};
 use crate::runtime::bus::Bus;
 use crate::runtime::certs::is_loopback;
@@ -11,7 +13,7 @@ use crate::runtime::cli::{
 };
 use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::member_process::{open_bus, patience};
-use crate::runtime::process::{NO_LOGGER, launched, on_interrupt, on_termination};
+use crate::runtime::process::{NO_LOGGER, REACHED, launched, on_interrupt, on_termination};
 use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::{Args, CommandFactory, Subcommand};
 use crossbeam_channel::{Receiver, Sender, unbounded};
@@ -310,7 +312,7 @@ fn lead_run(
         succeeds: lead.succeeds,
         config,
         events,
-        reached: gateway.announcer(),
+        reached: told_to_launcher(gateway.announcer()),
         stated,
         closed: Box::new(move |run| print_line(&RunSummary::of(run, &name, step_ns).line())),
         progress: args.progress.then(|| {
@@ -323,6 +325,17 @@ fn lead_run(
         balance: args.losses.balance,
         refused,
     })?)
+}
+
+/// A launcher is told of each phase that is reached: it starts a process again by where the run stands.
+fn told_to_launcher(mut announce: PhaseHook) -> PhaseHook {
+    if !launched() {
+        return announce;
+    }
+    Box::new(move |phase, frame, why| {
+        print_line(&format!("{REACHED} {phase}"));
+        announce(phase, frame, why);
+    })
 }
 
 #[cfg(test)]

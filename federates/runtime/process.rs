@@ -159,6 +159,9 @@ pub const LOGGING: &str = "logging";
 /// What it says before that, where it keeps a database: this word and the folder or file.
 pub const KEPT: &str = "kept";
 
+/// The begin of a line of the administration station to its launcher: which phase was reached.
+pub const REACHED: &str = "phase";
+
 /// The host, as far as it says: processor, cores, system.
 #[must_use]
 pub fn machine() -> String {

@@ -13,6 +13,7 @@ pub mod fit;
 pub mod fork;
 mod guests;
 pub mod in_process;
+pub mod known;
 pub mod launch;
 pub mod link_args;
 pub mod load;

@@ -1,6 +1,7 @@
 //! `seeds run`: a whole federation on this host, one process a federate, or all in one.
 
 use super::agent::places;
+use super::known::Known;
 use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments, listed};
 use super::run_args::RunArgs;
 use crate::federation::{GATEWAY, generator_name, has_control, smdfm_name};
@@ -10,8 +11,7 @@ use crate::runtime::cli::{
 };
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::dis_socket::link_config;
-use crate::runtime::messages::Kind;
-use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER, random_id};
+use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER, REACHED, random_id};
 use crate::visitors::command::check_plots;
 use crate::visitors::seats::read_inputs;
 use anyhow::Context as _;
@@ -172,6 +172,7 @@ fn processes(
     start_all(args, control, endpoint, journal.as_ref(), &mut launched)?;
 
     let mut summary = None;
+    let mut known = Known::default();
     let mut code = None;
     let mut database: Option<String> = None;
     let mut interrupts = 0;
@@ -213,6 +214,8 @@ fn processes(
                     say(&format!("SEEDS: for those who may look and not command: {page}"));
                 } else if let Some(kept) = line.strip_prefix(KEPT) {
                     database = Some(kept.trim().to_owned());
+                } else if let Some(phase) = line.strip_prefix(REACHED) {
+                    known.reached(phase.trim());
                 } else if line == LOGGING {
                     logging = true;
                 } else if let Some(done) = line.strip_prefix("progress ") {
@@ -222,6 +225,7 @@ fn processes(
                 } else {
                     print_line(&line);
                     summary = Some(line);
+                    known.closed();
                 }
             }
             News::Interrupted => {
@@ -236,11 +240,11 @@ fn processes(
             News::Ended(name, ended_with) => {
                 launched.ended(&name);
                 // What ends by itself after the run is closed ends in order.
-                let over = summary.is_some() && args.options().batch && ended_with >= 0;
+                let over = known.is_closed() && args.options().batch && ended_with >= 0;
                 if name == STATION
                     && ended_with < 0
                     && interrupts == 0
-                    && summary.is_none()
+                    && !known.is_closed()
                     && journal.as_ref().is_some_and(|journal| journal.again)
                 {
                     say(&format!("admin-station ended ({}); time stands", ending(ended_with)));
@@ -258,7 +262,7 @@ fn processes(
                     // Spectators close their files and leave on the conductor's order, or on this one.
                     launched.end_after(Duration::from_secs(10), LOGGER);
                     // Members that were joining when a person ended it wait for orders that never come.
-                    if ended_with < 0 || (interrupts > 0 && summary.is_none()) {
+                    if ended_with < 0 || (interrupts > 0 && !known.is_closed()) {
                         launched.interrupt_all();
                     }
                 } else if name == LOGGER && !logging && ended_with > 0 {
@@ -293,18 +297,20 @@ fn processes(
                         let how = ending(ended_with);
                         say(&format!("visitors ended ({how}); the run goes on without outsiders"));
                     }
-                } else if code.is_none() && ended_with != 0 && !over {
-                    tracing::warn!("{name} ended ({})", ending(ended_with));
+                } else if code.is_none() && !over {
+                    if ended_with != 0 {
+                        tracing::warn!("{name} ended ({})", ending(ended_with));
+                    }
                     let policy = losses.on_loss.of(&name).unwrap_or_default();
                     if interrupts == 0
                         && policy == OnLoss::TakeOver
-                        && !others_take(&launched, &name)
+                        && known.starts_again(&name, ended_with, &launched.running())
                     {
                         again.push((monotonic_ns() + RESTART_NS, name));
                         continue;
                     }
                     // The conductor says why and ends the run, unless that one had not joined yet.
-                    let ends = matches!(policy, OnLoss::Freeze | OnLoss::Abort);
+                    let ends = ended_with != 0 && matches!(policy, OnLoss::Freeze | OnLoss::Abort);
                     if args.options().batch && ends && losses.return_ms.is_none() {
                         launched.end_after(Duration::from_secs(3), "");
                     }
@@ -336,14 +342,6 @@ fn processes(
         c if c > 0 && c < 256 => c as u8,
         _ => FAILED,
     })
-}
-
-/// Whether the process of another producer takes the place of `name`: those of this host are asked to.
-fn others_take(launched: &Launched, name: &str) -> bool {
-    let produces = |name: &str| {
-        name == Kind::ExternalWorld.name() || name.starts_with(Kind::TrafficGenerator.name())
-    };
-    produces(name) && launched.running().iter().any(|other| produces(other))
 }
 
 /// The journal of a station that is started again where it dies: a file for as long as this launcher runs, or one that outlives it.
