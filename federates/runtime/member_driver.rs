@@ -5,6 +5,7 @@ use super::clock::{monotonic_ns, monotonic_us, utc_ns};
 use super::codec::{decode, encode};
 use super::data_plane::DataPlane;
 use super::federate::{Federate, Octets, Publication};
+use super::grace::{GRACE_NS, Grace};
 use super::hearing::LOOK_NS;
 use super::member::{CONDUCTOR, Effect, Member, Pulse, Remake};
 use super::messages::{
@@ -129,7 +130,6 @@ pub enum MemberError {
 }
 
 const STATUS_EVERY_NS: u64 = 1_000_000_000;
-const CONDUCTOR_GRACE_NS: u64 = 120_000_000_000;
 const BEAT_EVERY: Duration = Duration::from_millis(100);
 /// How often and how long a page of the log of the run is asked for.
 const LOG_TRIES: u32 = 10;
@@ -251,7 +251,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     let beating = Beating::start(Arc::clone(&bus), &name, member.pulse(), member.beat());
     let retained = Retained::default();
     let mut status = StatusKeeper::new(&name);
-    let mut conductor_lost_at: Option<u64> = None;
+    let mut grace = Grace::new(accepted.fed);
     let mut effects = Vec::new();
     if accepted.enter.is_some() {
         let mut pages = |page| log_page(&*bus, &accepted, page);
@@ -276,7 +276,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                         if order.body == Order::Muster {
                             status.due_now();
                         }
-                        conductor_lost_at = None;
+                        grace.heard(now, order.fed);
                         if kind.sends_pdus() {
                             probing.order(&order.body, now);
                         }
@@ -290,7 +290,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                 Event::Beat(from, body) => match decode::<Beat>(&body) {
                     Ok(beat) => {
                         if from == CONDUCTOR {
-                            conductor_lost_at = None;
+                            grace.heard(now, beat.fed);
                         }
                         member.hear_beat(now, &from, &beat);
                     }
@@ -324,8 +324,9 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     Err(e) => tracing::warn!("a repair request was dropped: {e}"),
                 },
                 Event::ConductorAlive(alive) => {
-                    conductor_lost_at = (!alive).then_some(now);
+                    // One that appears may be that of another federation: what it tells says so.
                     if !alive {
+                        grace.gone(now);
                         tracing::warn!(
                             "{name}: no connection to the administration station; standing at frame {}",
                             member.executed()
@@ -417,25 +418,25 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                 member.executed()
             );
             joining.hello.was = Some(was);
-            joining.patience = Duration::from_nanos(CONDUCTOR_GRACE_NS);
+            joining.patience = Duration::from_nanos(GRACE_NS);
             let Some(accepted) = joining.join(&*bus, &receive)? else { break 'run 0 };
             enrol(&accepted);
             bus.announce(&format!("alive/{name}/{}", accepted.inc))?;
             let mut pages = |page| log_page(&*bus, &accepted, page);
             member.enter(&accepted, remake.as_ref(), &mut pages, &mut effects);
             beating.refresh(u64::MAX, || member.beat());
-            conductor_lost_at = None;
+            grace = Grace::new(accepted.fed);
         }
         if now >= status.due() {
             let report = status.take(now, &mut member, &*data);
             bus.publish(&format!("obs/fed/{name}"), Class::Lossy, encode(&report))?;
         }
-        if conductor_lost_at.is_some_and(|at| now > at + CONDUCTOR_GRACE_NS) {
+        if grace.is_over(now) {
             bus.close();
             return Err(MemberError::ConductorLost {
                 name,
                 frame: member.executed(),
-                seconds: CONDUCTOR_GRACE_NS / 1_000_000_000,
+                seconds: GRACE_NS / 1_000_000_000,
             });
         }
     };

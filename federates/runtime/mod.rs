@@ -19,6 +19,7 @@ pub mod dis_socket;
 pub mod federate;
 pub mod follower;
 pub mod frame_time;
+pub mod grace;
 pub mod hearing;
 pub mod journal;
 pub mod lead;
