@@ -45,6 +45,13 @@ fn with_addresses(line: Vec<String>, address: &str, index: usize) -> Vec<String>
     line.into_iter().map(word).collect()
 }
 
+/// The value of `--exercise` in a command line.
+fn exercise_of(line: &[String]) -> Option<String> {
+    let text = line.join(" ").replace('=', " ");
+    let mut words = text.split(' ').skip_while(|word| *word != "--exercise");
+    words.nth(1).map(str::to_owned)
+}
+
 fn words(list: &Yaml) -> Vec<String> {
     let text = |word: &Yaml| word.as_str().unwrap_or_else(|| panic!("{word:?}")).to_owned();
     list.as_sequence().into_iter().flatten().map(text).collect()
@@ -55,6 +62,7 @@ fn the_compose_file_says_what_the_executables_take() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docker-compose.yml");
     let text = std::fs::read_to_string(path).expect("the file");
     let of_ours = text.replace("${SEEDS_SCENE:-zurich}", "/scenes/own.toml");
+    let of_ours = of_ours.replace("${SEEDS_EXERCISE:-1}", "9");
     let mut file = parsed(&of_ours).remove(0);
     file.apply_merge().expect("merged");
     let services = file["services"].as_mapping().expect("services");
@@ -74,7 +82,10 @@ fn the_compose_file_says_what_the_executables_take() {
         assert_eq!(service["restart"], "unless-stopped", "{name}");
         assert!(line.contains(&"/scenes/own.toml".to_owned()), "{name}");
         assert!(words(&service["volumes"]).iter().any(|v| v.ends_with(":/scenes:ro")), "{name}");
+        assert_eq!(exercise_of(&line).as_deref(), Some("9"), "{name}");
         let test = words(&service["healthcheck"]["test"]);
+        let asks = test.join(" ").contains("admin-station status");
+        assert!(!asks || test.join(" ").contains("--exercise 9"), "{name}: {test:?}");
         assert!(service["healthcheck"]["interval"].is_string() && test.len() >= 2, "{name}");
         match name {
             "admin-station" => is_taken(&test[1..]).unwrap_or_else(|e| panic!("{test:?}: {e}")),
@@ -110,7 +121,7 @@ fn the_compose_file_says_what_the_executables_take() {
 
 #[test]
 fn the_chart_says_what_the_executables_take_and_its_files_agree() {
-    let all = Chart::read().rendered("");
+    let all = Chart::read().rendered("exercise: 9");
     let of = |kind: &str, name: &str| {
         let found = all.iter().find(|o| o["kind"] == kind && o["metadata"]["name"] == name);
         found.unwrap_or_else(|| panic!("{kind} {name}"))
@@ -137,11 +148,13 @@ fn the_chart_says_what_the_executables_take_and_its_files_agree() {
         assert_eq!(container["securityContext"]["readOnlyRootFilesystem"], true, "{name}");
         let line = with_addresses(chart::line(container), "10.0.0.1", 1);
         is_taken(&line).unwrap_or_else(|e| panic!("{name}: {line:?}: {e}"));
+        assert_eq!(exercise_of(&line).as_deref(), Some("9"), "{name}");
         for probe in ["readinessProbe", "livenessProbe"] {
             let (command, port) =
                 (&container[probe]["exec"]["command"], &container[probe]["tcpSocket"]["port"]);
             if command.is_sequence() {
                 let command = words(command);
+                assert_eq!(exercise_of(&command).as_deref(), Some("9"), "{name}");
                 is_taken(&command).unwrap_or_else(|e| panic!("{name}: {command:?}: {e}"));
             } else if let Some(port) = port.as_u64() {
                 assert!(
