@@ -282,8 +282,8 @@ mod tests {
                 items.put(&cat021::I010, &[0, 9])?;
                 items.put(&cat021::I040, &[0])?;
                 items.put(&cat021::I161, &[5])?;
-                items.put(&cat021::I131, &[47.4, 8.5])?;
                 items.put(&cat021::I071, &[32_400.0])?;
+                items.put(&cat021::I131, &[47.4, 8.5])?;
                 if let Some(airborne) = airborne {
                     items.put(&cat021::I160, &airborne)?;
                 }

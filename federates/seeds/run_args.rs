@@ -37,7 +37,7 @@ pub struct RunArgs {
     pub seed: Option<u64>,
 
     /// Address and port of the page; port 0: any free one
-    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE, value_parser = cli::page, conflicts_with = "in_process")]
+    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE, value_parser = cli::page)]
     pub page: SocketAddr,
 
     /// Without the page (and without the logger, unless --record or --report)
