@@ -11,7 +11,7 @@ use crate::runtime::messages::{Answer, Command};
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
 use pdu::enumerations::{AcknowledgeFlag, RequestStatus, ResponseFlag};
-use pdu::records::EntityId;
+use pdu::records::{ClockTime, EntityId};
 use pdu::{Body, DisTime, Envelope};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -48,9 +48,17 @@ pub(super) struct RequestId {
 impl RequestId {
     /// Of a request as it came.
     pub(super) fn new(from: EntityId, request_id: u32, form: Form, body: &Body<'_>) -> Self {
-        let mut octets = Vec::new();
+        let (mut octets, mut body) = (Vec::new(), body.clone());
+        // The time of sending is not what is asked.
+        match &mut body {
+            Body::StartResume(b) => b.real_world_time = ClockTime::default(),
+            Body::StartResumeR(b) => b.real_world_time = ClockTime::default(),
+            Body::StopFreeze(b) => b.real_world_time = ClockTime::default(),
+            Body::StopFreezeR(b) => b.real_world_time = ClockTime::default(),
+            _ => {}
+        }
         // What was decoded can be encoded.
-        let _ = Envelope::new(0, DisTime::default()).append(body, &mut octets);
+        let _ = Envelope::new(0, DisTime::default()).append(&body, &mut octets);
         Self { from, request_id, asked: pdu_hash(&octets), form }
     }
 
@@ -121,6 +129,10 @@ impl Answered {
             Some(Some(response)) => Taken::Again(Some(*response)),
             None if answers.pending >= PENDING => Taken::Busy,
             None => {
+                // What was answered under this number is over: asked again after this it is another request.
+                let other = |of: &Key| (of.0, of.1) == (key.0, key.1);
+                answers.by_request.retain(|of, answer| answer.is_none() || !other(of));
+                answers.settled.retain(|of| !other(of));
                 answers.pending += 1;
                 answers.by_request.insert(key, None);
                 Taken::New

@@ -265,6 +265,7 @@ impl Desk {
         if let Some((_, octets)) = self.echoes.iter().find(|(of, _)| *of == key) {
             return Ok(vec![octets.clone()]);
         }
+        self.echoes.retain(|(of, _)| (of.0, of.1) != (key.0, key.1));
         let at = (self.state.frame, self.step_s());
         let taken = self.created.set(id, at, fixed, variable);
         let octets = self.data(request, id, &taken)?;

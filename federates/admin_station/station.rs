@@ -8,6 +8,7 @@ use super::{
     AdminContext, Event, PhaseHook, StateHook, StationError, Succeeds, ask_voter, ears, who_has,
 };
 use crate::runtime::bus::{Bus, Class, Request};
+use crate::runtime::cli::print_line;
 use crate::runtime::clock::{WallNs, monotonic_ns, utc_ns};
 use crate::runtime::clock_watch::Clocks;
 use crate::runtime::codec::{decode, encode};
@@ -22,7 +23,7 @@ use crate::runtime::messages::{
     Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, LogAsk, Numbered, Operation,
     OperatorCommand, Outcome, RepairOf, Report, Welcome,
 };
-use crate::runtime::process::{Usage, random_id};
+use crate::runtime::process::{REACHED, Usage, launched, random_id};
 use crate::runtime::run_log::RunLog;
 use crate::runtime::senders::NO_MANAGER;
 use crate::runtime::succession::{Leads, Steps, StepsAsk, Voted};
@@ -128,6 +129,10 @@ impl Station {
                 "a standby may lead this run by now: nothing is said until it reads on, or the voters say that it does not"
             );
         } else if lead.again() {
+            // A launcher that begins with this station knows nothing of its run.
+            if launched() {
+                print_line(&format!("{REACHED} {}", lead.conductor().phase()));
+            }
             tracing::warn!(
                 "goes on with the run of the station before: {}",
                 lead.conductor().standing()

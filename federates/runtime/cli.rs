@@ -480,11 +480,14 @@ pub fn load_scene(typed: &str) -> Result<scenarios::Scene, ExitCode> {
 }
 
 /// Shows what a scene says to no effect; only who plays or plans it says so, not every federate again.
-#[expect(clippy::print_stderr, reason = "a warning for the author of the scene")]
 fn warn_of(scene: &scenarios::Scene) {
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
-    }
+    scene.warnings.iter().for_each(|warning| warn(warning));
+}
+
+/// Says on stderr what is not as whoever asks may think.
+#[expect(clippy::print_stderr, reason = "a warning for the author of the scene")]
+pub fn warn(text: &dyn std::fmt::Display) {
+    eprintln!("warning: {text}");
 }
 
 /// [`load_scene`] with the movements of one share of the traffic only.

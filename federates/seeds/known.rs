@@ -16,8 +16,9 @@ impl Known {
     pub fn reached(&mut self, phase: &str) {
         let is = |of: Phase| phase == of.to_string();
         let begins = is(Phase::Init) || is(Phase::Configured);
-        if begins || is(Phase::Running) {
-            (self.begun, self.closed) = (!begins, false);
+        let goes_on = is(Phase::Running) || is(Phase::Frozen);
+        if begins || goes_on {
+            (self.begun, self.closed) = (goes_on, false);
         }
     }
 
@@ -80,6 +81,8 @@ mod tests {
             (&["CONFIGURED"], true),
             (&["CONFIGURED", "RUNNING"], false),
             (&["CONFIGURED", "RUNNING", "FROZEN"], false),
+            // Goes on from a journal.
+            (&["FROZEN"], false),
             (&["CONFIGURED", "RUNNING", "STOPPED"], false),
             (&["CONFIGURED", "RUNNING", "STOPPED", "closed"], true),
             (&["CONFIGURED", "RUNNING", "STOPPED", "closed", "INIT"], true),

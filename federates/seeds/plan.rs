@@ -18,6 +18,7 @@ use models::environment::Weather;
 use models::plot::Callsign;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
+use models::traffic::core::ClearedBy;
 use scenarios::Scene;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -240,6 +241,11 @@ impl Played {
             }
             let pdus = made.pdus.drain(..).map(|octets| (self.next, octets)).collect();
             self.intake.take_in(&FrameInputs { pdus, ..FrameInputs::default() }, self.next);
+            // What a run forgets after each scan; the one that is asked for begins a scan before the end.
+            let now = SimTime(scene.run.frame.0 * self.next as i64);
+            if now.0 % scene.run.scan().0 == 0 {
+                self.intake.truth.forget_before(now.min(SimTime(until.0 - scene.run.scan().0)));
+            }
             self.next += 1;
         }
     }
@@ -294,7 +300,13 @@ fn plan(scene: &Arc<Scene>, args: &PlanArgs) -> anyhow::Result<()> {
     };
     let tolerance = setup::tolerance(scene);
     let mut before: Option<Vec<PlanRow>> = None;
-    let mut played = scene.traffic.behaving.as_ref().map(|_| Played::of(scene)).transpose()?;
+    let behaving = scene.traffic.behaving.as_ref();
+    if behaving.is_some_and(|b| b.cleared_by == ClearedBy::Notices) {
+        cli::warn(
+            &"controllers that see tracks clear this traffic in a run; here nobody does, so departures stay on their stands",
+        );
+    }
+    let mut played = behaving.map(|_| Played::of(scene)).transpose()?;
     for time in times {
         let end = SimTime(time.0 + scene.run.scan().0);
         let stated = Traffic::at(scene, time);

@@ -106,21 +106,26 @@ pub fn scored(
 const MOST_TARGETS: u16 = 4096;
 
 /// Numbers of those who are there: of who has gone they are free again.
-#[derive(Default)]
 struct Numbers {
     of: BTreeMap<i64, u16>,
+    free: BTreeSet<u16>,
     /// Had by somebody at some time.
     had: BTreeSet<u16>,
 }
 
+impl Default for Numbers {
+    fn default() -> Self {
+        Self { of: BTreeMap::new(), free: (0..MOST_TARGETS).collect(), had: BTreeSet::new() }
+    }
+}
+
 impl Numbers {
-    /// The number of an entity, and whether it is another one's no more; of more at once than there are numbers some have none.
+    /// The number of an entity, and whether another one had it before; of more at once than there are numbers some have none.
     fn of(&mut self, entity: i64) -> Option<(u16, bool)> {
         if let Some(number) = self.of.get(&entity) {
             return Some((*number, false));
         }
-        let taken: BTreeSet<u16> = self.of.values().copied().collect();
-        let number = (0..MOST_TARGETS).find(|number| !taken.contains(number))?;
+        let number = self.free.pop_first()?;
         self.of.insert(entity, number);
         Some((number, !self.had.insert(number)))
     }
@@ -128,7 +133,8 @@ impl Numbers {
     /// Forgets all but those of a scan.
     fn keep(&mut self, targets: &[Target]) {
         let there: BTreeSet<u16> = targets.iter().map(|t| t.number).collect();
-        self.of.retain(|_, number| there.contains(number));
+        let free = &mut self.free;
+        self.of.retain(|_, number| there.contains(number) || !free.insert(*number));
     }
 }
 
@@ -172,13 +178,13 @@ fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, 
         let (Some(row), Some(now)) = (row, time) else { break };
         at = Some(now);
         let Some(entity) = row.get::<_, Option<i64>>(1)? else { continue };
-        let Some((number, first)) = numbers.of(entity) else { continue };
         let callsign: String = row.get::<_, Option<String>>(2)?.unwrap_or_default();
         let velocity_mps = Vector2::new(row.get(6)?, row.get(7)?);
         let is_aircraft = row.get::<_, Option<i64>>(9)? == Some(1);
         if is_aircraft && velocity_mps.norm() > MOVES_MPS {
             moved.insert(entity);
         }
+        let Some((number, first)) = numbers.of(entity) else { continue };
         targets.push(Target {
             number,
             callsign: (!callsign.is_empty()).then(|| Callsign::new(&callsign)),

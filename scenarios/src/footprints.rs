@@ -202,7 +202,11 @@ fn with_relations(mut ways: Vec<Way>, relations: Vec<Relation>) -> Vec<Way> {
     let mut rings = Vec::new();
     let mut members = std::collections::BTreeSet::new();
     for Relation { id, tags, outer } in relations {
-        if !tags.contains_key("building") && !tags.contains_key("aeroway") {
+        // An airport, an apron or a site that has buildings among its members is none.
+        let multipolygon = tags.get("type").is_none_or(|t| t == "multipolygon");
+        let built = tags.get("building").is_some_and(|v| v != "no")
+            || tags.get("aeroway").is_some_and(|v| matches!(v.as_str(), "terminal" | "hangar"));
+        if !multipolygon || !built {
             continue;
         }
         let part = |(of, own): &(String, Vec<(f64, f64)>)| match own.is_empty() {
@@ -432,6 +436,19 @@ mod tests {
         let (found, _) =
             of("h.osm", &xml("<nd ref=\"2\"/><nd ref=\"3\"/><nd ref=\"4\"/>")).expect("an extract");
         assert_eq!(&*found[0].id, "way/8");
+        // A site, an apron and what is said to be no building leave their members as they are.
+        for (kind, said) in [
+            ("site", "<tag k=\"aeroway\" v=\"terminal\"/>"),
+            ("multipolygon", "<tag k=\"aeroway\" v=\"apron\"/>"),
+        ] {
+            let text = format!(
+                "<osm>{nodes}<way id=\"7\"><nd ref=\"1\"/><nd ref=\"2\"/><nd ref=\"3\"/><nd ref=\"4\"/><nd ref=\"1\"/>\
+                 <tag k=\"building\" v=\"yes\"/></way><relation id=\"9\"><member type=\"way\" ref=\"7\" role=\"\"/>\
+                 <tag k=\"type\" v=\"{kind}\"/>{said}</relation></osm>"
+            );
+            let (found, _) = of("s.osm", &text).expect("an extract");
+            assert_eq!((found.len(), &*found[0].id), (1, "way/7"), "{kind}");
+        }
         let json = r#"{ "elements": [ { "type": "relation", "id": 5, "tags": { "building": "yes" }, "members": [
             { "type": "way", "ref": 1, "role": "outer", "geometry": [ { "lat": 47.45, "lon": 8.55 },
               { "lat": 47.45, "lon": 8.5513 }, { "lat": 47.4505, "lon": 8.5513 } ] },

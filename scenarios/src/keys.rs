@@ -608,8 +608,8 @@ pub(crate) const TRACKING: &[Key] = &[
         3600.0,
         "Without plots for so long, a standing one does",
     ),
-    Key::number("delete_radius_m", "m", 1.0, 10_000.0, "Uncertainty at which a track ends"),
-    Key::whole("track_numbers", 1, 65_536, "How many numbers there are"),
+    Key::number("delete_radius_m", "m", 1.0, 10_000.0, "Uncertainty at which a track ends that lacks two looks, where it has doubled since its last plot"),
+    Key::whole("track_numbers", 1, 65_536, "How many numbers there are; more than 28 672 are as many"),
     Key::number(
         "number_rest_s",
         "s",

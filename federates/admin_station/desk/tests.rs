@@ -373,4 +373,6 @@ fn a_number_that_is_used_again_is_another_request() {
         |marking: &str| body(ask(&mut desk, &answered, &SET.replace("5455472031", marking)));
     let told: Vec<String> = ["5455472031", "5455472032", "5455472031"].map(&mut tug).into();
     assert!(told[1].contains("5455472032") && told[0] == told[2], "{told:?}");
+    // The third one is no echo of the first: it was set again.
+    assert_eq!(desk.echoes.len(), 1);
 }

@@ -102,6 +102,7 @@ pub(in crate::fusion) fn merge_duplicates(
             // A track with a name of its own is a target of its own, unless that one was heard no more before the other began on it.
             let double = if has_another_name(candidate, other, shown[young].time) {
                 (shown[old].velocity_mps - velocity).norm() < alike
+                    && on_body(other, positions[old], position, config.duplicate_radius_m)
             } else if nameless {
                 (other.serial < candidate.serial || other.entry.is_some())
                     && (shown[old].velocity_mps - velocity).norm() < alike
@@ -126,7 +127,9 @@ pub(in crate::fusion) fn merge_duplicates(
             !(nameless || renamed) || other.size_m.or_else(|| other.extent.size_m()).is_some();
         let prior = if beside { BORN_BESIDE } else { CAME_FROM_ELSEWHERE };
         let before = candidate.twin.filter(|before| before.serial == serial);
-        let said = if beside && known { ON_KNOWN_BODY } else { look(candidate, other, since) };
+        // A name is no second echo: who is seen apart from the one before is another one.
+        let said =
+            if beside && known && !renamed { ON_KNOWN_BODY } else { look(candidate, other, since) };
         let odds = (before.map_or(prior, |before| before.odds) + said).max(CAME_FROM_ELSEWHERE);
         tracks[seen[young] as usize].twin = Some(Twin { serial, odds });
         if odds < ONE_TARGET {

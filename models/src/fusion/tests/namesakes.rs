@@ -151,3 +151,36 @@ fn who_changes_his_name_is_one_track_with_the_new_one() {
         }
     }
 }
+
+/// Whose transponder is silent keeps his track when another one with a name comes to stand beside him: both are seen every scan.
+#[test]
+fn a_name_beside_one_that_is_heard_no_more_is_another_target() {
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        let mut tracker = Tracker::new(config);
+        for k in 1..=120_u32 {
+            let t = f64::from(k);
+            let mut plots = vec![plot(t - 0.5, 0, 0.0, 0.0)];
+            if k < 40 {
+                plots.push(report(5, SensorKind::Adsb, t - 0.3, k, Point2::origin()));
+            }
+            // It comes from 300 m away and stands 40 m beside from then on.
+            let beside =
+                Point2::new(0.0, (300.0 - 10.0 * f64::from(k.saturating_sub(60))).max(40.0));
+            if k >= 60 {
+                plots.push(plot(t - 0.5, 1, beside.x, beside.y));
+                let mut own = report(5, SensorKind::Adsb, t - 0.3, k, beside);
+                own.identity = Some(Identity::Callsign(Callsign::new("XYZ2")));
+                plots.push(own);
+            }
+            let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            if k >= 70 {
+                assert_eq!(tracks.len(), 2, "{k}");
+                assert_ne!(
+                    nearest(&tracks, Point2::origin()).callsign(),
+                    Some(Callsign::new("XYZ2")),
+                    "{k}"
+                );
+            }
+        }
+    }
+}
