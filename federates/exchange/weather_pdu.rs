@@ -2,7 +2,7 @@
 //!
 //! Content of the record (type [`RECORD`]): rain mm/h, visibility m (infinite when clear), temperature K,
 //! dry pressure hPa, water vapour g/m³, wind m/s east and north, water film mm, number of cells, then
-//! per cell east m, north m, radius m, rain mm/h, and where it is repeated the seconds since the cells were there.
+//! per cell east m, north m, radius m, rain mm/h, and where cells are repeated the seconds since they were there.
 //! All doubles, so that a recording repeats a run exactly; cells stay where the notice said and the receiver moves
 //! them from then on, so that whoever hears any of the repetitions has the same bits.
 
@@ -50,7 +50,8 @@ pub fn encode(weather: &Weather, since_s: f64, site: u16, sequence: u16) -> Enco
     ];
     let of_cells =
         cells.iter().flat_map(|c| [c.centre_m.x, c.centre_m.y, c.radius_m, c.rain_mm_per_h]);
-    let since = (since_s > 0.0).then_some(since_s);
+    // Nothing but cells moves: a weather without any is the same at any age, and so are its octets.
+    let since = (since_s > 0.0 && !cells.is_empty()).then_some(since_s);
     let content =
         fixed.into_iter().chain(of_cells).chain(since).flat_map(f64::to_be_bytes).collect();
     EncodedWeather { content, site, sequence }

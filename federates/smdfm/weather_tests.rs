@@ -69,3 +69,14 @@ fn cells_go_with_the_wind_whichever_heartbeats_a_fusion_heard() {
     }
     assert!(told.len() >= 5, "changes and heartbeats: {told:?}");
 }
+
+/// What is repeated has the octets of the first time where nothing moves: digests of scenes without cells are as they were.
+#[test]
+fn a_weather_without_cells_has_the_same_octets_at_any_age() {
+    use crate::exchange::weather_pdu::encode;
+    let told = |weather: &Weather, since_s: f64| format!("{:?}", encode(weather, since_s, 1, 4));
+    let mut weather = Weather { rain_mm_per_h: 3.0, ..Weather::default() };
+    assert_eq!(told(&weather, 0.0), told(&weather, 30.0));
+    weather.cells = load().weather[0].weather.cells.clone();
+    assert_ne!(told(&weather, 0.0), told(&weather, 30.0));
+}
