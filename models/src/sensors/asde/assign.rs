@@ -427,7 +427,8 @@ impl Asde {
         }
         if let Some(budget_us) = self.tolerance.time_budget_us {
             let beside = work.placed.iter().filter(|p| p.paired).filter_map(|p| p.place);
-            let (fixed_ns, beside) = (self.fixed_ns(&planner, air, &work.placed), beside.collect::<Vec<_>>());
+            let (fixed_ns, beside) =
+                (self.fixed_ns(&planner, air, &work.placed), beside.collect::<Vec<_>>());
             planner.fit(budget_us, fixed_ns, &beside);
         }
         if !self.facades.is_empty() {

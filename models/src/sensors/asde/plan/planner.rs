@@ -355,8 +355,7 @@ impl Planner {
             }
         }
         let cost_us = cost(low) / 1000.0;
-        self.fitted =
-            Some(Fitted { cost_us, factor: factor(low), reached: cost_us <= budget_us });
+        self.fitted = Some(Fitted { cost_us, factor: factor(low), reached: cost_us <= budget_us });
         if self.step != Some(low) {
             self.step = Some(low);
             self.version += 1;
