@@ -33,7 +33,7 @@ pub struct EncodedWeather {
 }
 
 /// The content of the record for `weather`, whose cells were where it says `since_s` ago. Cells beyond
-/// [`MAX_CELLS`] are left out: no scene has them.
+/// the most that a PDU carries are left out: no scene has them.
 #[must_use]
 pub fn encode(weather: &Weather, since_s: f64, site: u16, sequence: u16) -> EncodedWeather {
     let cells = &weather.cells[..weather.cells.len().min(MAX_CELLS)];
