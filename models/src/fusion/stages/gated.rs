@@ -412,15 +412,6 @@ impl Tracker {
 }
 
 impl Tracker {
-    /// Whether `plot` is farther from where the track was than the fastest target of its class comes.
-    pub(in crate::fusion) fn is_beyond(&self, track: &Track, plot: &Plot) -> bool {
-        let filter = track.way.filter_before(plot.time, &self.ring).unwrap_or(track.filter());
-        let from = Departed::of(filter);
-        let way_m = track.limits.speed_mps * plot.time.since_s(from.time).abs();
-        let uncertain_m = 3.0 * (trace(plot) + from.pp).sqrt();
-        (plot.position_m - from.position_m).norm() > way_m + uncertain_m
-    }
-
     /// For how long a track that was last seen so long before `plot` is reckoned to have moved, s. One that stood then is
     /// looked for there: as if a look or two had passed.
     pub(in crate::fusion) fn reckoned_s(&self, track: &Track, dt_s: f64) -> f64 {

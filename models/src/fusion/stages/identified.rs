@@ -51,13 +51,6 @@ impl Tracker {
             }
             self.tracks[track].name_refused += u32::from(!taken);
             work.held[k] = self.holds(track, plot);
-            if self.tracks[track].name_refused < AGREED && self.is_beyond(&self.tracks[track], plot)
-            {
-                // Somebody else who calls himself the same, or a lie: what it says of a place is for whom it fits, without the name.
-                work.candidates[k].plot.identity = None;
-                work.gated[k] = false;
-                self.statistics.identity_conflicts += 1;
-            }
         }
     }
 

@@ -67,40 +67,6 @@ fn a_name_changes_tracks_by_five_reports_in_a_row_and_not_by_fewer() {
     }
 }
 
-/// Of two that call themselves the same the second is there as well, without the name, and the first keeps it.
-#[test]
-fn two_of_one_name_are_two_tracks_and_the_first_has_it() {
-    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
-        for radar in [false, true] {
-            let mut tracker = Tracker::new(config.clone());
-            let mut numbers = std::collections::BTreeSet::new();
-            for k in 1..=90_u32 {
-                let t = f64::from(k);
-                let mut plots = if radar { seen(k) } else { Vec::new() };
-                // The second one comes ten seconds later.
-                let at =
-                    |n: usize| report(5, SensorKind::Adsb, t - 0.3, n as u32, place(n, t - 0.3));
-                plots.push(at(0));
-                plots.extend((k > 10).then(|| at(1)));
-                let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
-                if k > 20 {
-                    let called = [0, 1].map(|n| {
-                        let track = nearest(&tracks, place(n, t));
-                        let off_m = (track.position_m - place(n, t)).norm();
-                        assert!(off_m < 5.0, "radar {radar}, {k}: {n} is {off_m} m off");
-                        numbers.insert(track.number);
-                        track.callsign() == Some(name())
-                    });
-                    assert_eq!(called, [true, false], "radar {radar}, {k}");
-                    assert_eq!(tracks.len(), 2, "radar {radar}, {k}");
-                }
-            }
-            assert_eq!(numbers.len(), 2, "radar {radar}");
-            assert!(tracker.statistics().identity_conflicts > 50, "radar {radar}");
-        }
-    }
-}
-
 /// What withholds a name withholds the address with it.
 #[test]
 fn a_doubted_name_has_no_address_either() {
